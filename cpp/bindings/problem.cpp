@@ -8,6 +8,7 @@
 #include "problem/records.hpp"
 #include "problem_io/mesh.hpp"
 #include "records.hpp"
+#include "simulator.hpp"
 
 namespace energymargin::binding {
 namespace {
@@ -222,13 +223,14 @@ void def_copies(ProblemClass& type) {
            "that is beyond its limits.")
       .def(
           "with_engine",
-          [](const Problem& problem, const Given<EngineKind>& engine) {
-            return with_engine(problem, given("engine", engine));
+          [](const Problem& problem, const Given<EngineChoice>& engine) {
+            const EngineChoice choice = given("engine", engine);
+            return choice.simulator ? with_simulator(problem, choice.simulator) : with_engine(problem, choice.kind);
           },
           py::arg("engine"),
-          "The same question in a simulation by another engine, 'native' or 'bullet', with its own solver_iterations "
-          "and "
-          "solver_tolerance. Raises ValueError on another word.")
+          "The same question in a simulation by another engine: 'native' or 'bullet', with its own solver_iterations "
+          "and solver_tolerance, or an em.engines.Engine in its own step. Raises ValueError on another word, and on "
+          "what an engine does not do.")
       .def(
           "with_step",
           [](const Problem& problem, const Given<double>& step) { return with_step(problem, given("step", step)); },
@@ -239,6 +241,23 @@ void def_copies(ProblemClass& type) {
       .def("edge_start", &edge_start, py::arg("node"),
            "Where an edge from a node's state (n,) starts: there or, under effector 'drive', there with the effector "
            "at its velocity of the start state.");
+}
+
+// Leaves the problem without its engine of Python and the plan of that one's commands; None: it has none.
+py::object take_engine(Problem& problem) {
+  Stepping stepping = problem.scene.stepping();
+  if (!stepping.simulator) return py::none();
+  py::object taken = py::make_tuple(engine_of(problem.scene), problem.plan ? py::cast(*problem.plan) : py::none());
+  stepping.simulator.reset();
+  problem.scene = problem.scene.with_stepping(stepping);
+  problem.plan.reset();
+  return taken;
+}
+
+void give_engine(Problem& problem, const py::object& taken) {
+  const py::object engine = taken[py::int_(0)], plan = taken[py::int_(1)];
+  if (!plan.is_none()) problem.plan = plan.cast<Plan>();
+  problem = with_simulator(problem, convert(Type<EngineChoice>{}, "engine", engine).simulator);
 }
 
 void def_files(ProblemClass& type) {
@@ -258,7 +277,8 @@ void def_files(ProblemClass& type) {
                   "load. Raises ValueError that names the place and what was expected.")
       .def(pickled_as_json<Problem>(
           [](Problem& problem) { return problem.plan ? &*problem.plan : nullptr; },
-          [](const std::string& text, const Policies& policies) { return from_json(text, "", nullptr, policies); }));
+          [](const std::string& text, const Policies& policies) { return from_json(text, "", nullptr, policies); },
+          &take_engine, &give_engine));
 }
 
 }  // namespace

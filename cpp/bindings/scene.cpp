@@ -5,6 +5,7 @@
 #include "energymargin/state.hpp"
 #include "records.hpp"
 #include "scene/records.hpp"
+#include "simulator.hpp"
 
 namespace energymargin::binding {
 namespace {
@@ -16,16 +17,18 @@ gravity [m/s^2]. step [s]: of the simulation. solver_iterations: Newton iteratio
 impulses that act in it (relative, without a unit), above 0 and at most 0.01, 1e-5 by default. margin [m]: of collision shapes, by default a
 twentieth of each one's smallest half extent. friction_rule: what two bodies' coefficients make of their contact's,
 'product' (as in Bullet) or 'max' (as in MuJoCo); set_friction says it for a pair. engine: what steps the scene, 'native' (the
-library's own dynamics) or 'bullet' (Bullet's multi-body world). There solver_iterations are sweeps, 50 by default, and solver_tolerance is
+library's own dynamics), 'bullet' (Bullet's multi-body world) or an em.engines.Engine, whose step has to be the scene's. In Bullet's solver_iterations are sweeps, 50 by default, and solver_tolerance is
 the largest squared change of an impulse in the last sweep [N^2 s^2], 1e-7 by default.)";
 
 Scene make_scene(const Given<Vector3>& gravity, const Given<double>& step,
                  const Given<std::optional<int>>& solver_iterations,
                  const Given<std::optional<double>>& solver_tolerance, const Given<std::optional<double>>& margin,
-                 const Given<FrictionRule>& friction_rule, const Given<EngineKind>& engine) {
+                 const Given<FrictionRule>& friction_rule, const Given<EngineChoice>& engine) {
+  EngineChoice choice = given("engine", engine);
   return Scene(given("gravity", gravity),
                Stepping{given("step", step), given("solver_iterations", solver_iterations),
-                        given("solver_tolerance", solver_tolerance), given("margin", margin), given("engine", engine)},
+                        given("solver_tolerance", solver_tolerance), given("margin", margin), choice.kind,
+                        std::move(choice.simulator)},
                given("friction_rule", friction_rule));
 }
 
@@ -73,8 +76,8 @@ std::string shown_scene(const Scene& scene) {
                                                          {"dimension", py::cast(StateLayout(scene).dimension())}};
   const FrictionRule rule = scene.friction_rule();
   if (rule != FrictionRule::product) fields.emplace_back("friction_rule", py::cast(word_of(rule)));
-  if (const EngineKind engine = scene.stepping().engine; engine != EngineKind::native) {
-    fields.emplace_back("engine", py::cast(word_of(engine)));
+  if (scene.stepping().engine != EngineKind::native || scene.stepping().simulator) {
+    fields.emplace_back("engine", engine_of(scene));
   }
   return repr_of_fields("Scene", fields);
 }
@@ -111,16 +114,16 @@ void bind_stepping(py::class_<Scene>& scene) {
           "A step has converged when the residual of the equations of motion is below this share of its impulses.")
       .def_property_readonly(
           "margin", [](const Scene& of) { return of.stepping().margin; }, "[m]")
-      .def_property_readonly(
-          "engine", [](const Scene& of) { return std::string(word_of(of.stepping().engine)); },
-          "What steps the scene: 'native' or 'bullet'.")
+      .def_property_readonly("engine", &engine_of, "What steps the scene: 'native', 'bullet' or an em.engines.Engine.")
       .def(
           "with_engine",
-          [](const Scene& of, const Given<EngineKind>& engine) { return of.with_engine(given("engine", engine)); },
+          [](const Scene& of, const Given<EngineChoice>& engine) {
+            const EngineChoice choice = given("engine", engine);
+            return choice.simulator ? of.with_simulator(choice.simulator) : of.with_engine(choice.kind);
+          },
           py::arg("engine"),
           "The same scene, stepped by 'native' or 'bullet', with that one's own solver_iterations and "
-          "solver_tolerance. "
-          "Raises ValueError on another word.");
+          "solver_tolerance, or by an em.engines.Engine in its own step. Raises ValueError on another word.");
 }
 
 using BodyDicts = py::typing::Dict<py::str, py::typing::Dict<py::str, py::object>>;

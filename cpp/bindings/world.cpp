@@ -93,7 +93,7 @@ Recording recording_of(std::vector<Frame> frames, const std::vector<int>& record
   Recording recording;
   recording.times.resize(static_cast<Eigen::Index>(frames.size()));
   recording.states.resize(static_cast<Eigen::Index>(frames.size()), world.layout().dimension());
-  recording.memory.resize(static_cast<Eigen::Index>(frames.size()), world.memory());
+  recording.memory.resize(static_cast<Eigen::Index>(frames.size()), world.robot_memory());
   for (Eigen::Index i = 0; i < recording.times.size(); ++i) {
     Frame& frame = frames[static_cast<std::size_t>(i)];
     recording.times[i] = frame.time;

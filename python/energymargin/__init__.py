@@ -64,6 +64,7 @@ if typing.TYPE_CHECKING:
         actions as actions,
         beliefs as beliefs,
         datasets as datasets,
+        engines as engines,
         evaluation as evaluation,
         executors as executors,
         futures as futures,
@@ -100,6 +101,10 @@ if typing.TYPE_CHECKING:
     )
     from energymargin.base.plausibility import PlausibilityWarning as PlausibilityWarning
     from energymargin.beliefs import Belief as Belief, score_belief as score_belief
+    from energymargin.evaluate.engine_comparison import (
+        EngineComparison as EngineComparison,
+        compare_engines as compare_engines,
+    )
     from energymargin.evaluate.scoring import (
         ScoreError as ScoreError,
         ScoreTable as ScoreTable,
@@ -123,8 +128,8 @@ if typing.TYPE_CHECKING:
 # What a first score does not need is imported when it is first asked for: a process that scores a
 # problem starts in half the time.
 PLAIN = (
-    *("actions", "beliefs", "datasets", "evaluation", "executors", "futures", "grasps", "monitor"),
-    *("motions", "placing", "recordings", "searches"),
+    *("actions", "beliefs", "datasets", "engines", "evaluation", "executors", "futures", "grasps"),
+    *("monitor", "motions", "placing", "recordings", "searches"),
 )
 EXTRAS = ("gym", "mujoco", "plots", "report", "viewer")  # each needs the extra of its name
 SUBPACKAGES = (*PLAIN, "scenes", "store", "surrogates", "tasks", *EXTRAS)
@@ -140,6 +145,7 @@ NAMES = {
     "placing": ["placements", "resting_poses", "settle", "stack_robustness"],
     "base.plausibility": ["PlausibilityWarning"],
     "model.policies": ["Policy"],
+    "evaluate.engine_comparison": ["EngineComparison", "compare_engines"],
     "evaluate.scoring": ["ScoreError", "ScoreTable", "score"],
     "evaluate.searches": ["SearchSettings"],
     "evaluate.steps": ["longest_step"],

@@ -85,6 +85,10 @@ Problem with_step(const Problem& problem, double step);
 //! The same question in a simulation by another engine: Scene::with_engine.
 Problem with_engine(const Problem& problem, EngineKind engine);
 
+//! The same question in a simulation by a simulator, in its steps. Throws std::invalid_argument where a time is not
+//! whole ones, and what that does not do is asked for.
+Problem with_simulator(const Problem& problem, std::shared_ptr<const Simulator> simulator);
+
 //! The world of a problem: with its plan, if it has one. Its steps are so many `parts` of the problem's.
 World world_of(const Problem& problem, int parts = 1);
 

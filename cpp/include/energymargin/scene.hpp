@@ -195,6 +195,8 @@ enum class EngineKind {
   bullet,  ///< Bullet's multi-body world: sequential impulses, one step without substeps
 };
 
+struct Simulator;
+
 //! How the physics is stepped.
 struct Stepping {
   double step = 1.0 / 240.0;  //!< length of one step [s]
@@ -207,6 +209,7 @@ struct Stepping {
   std::optional<double> tolerance{};
   std::optional<double> margin{};  //!< collision margin [m]; unset: a twentieth of each shape's smallest half extent
   EngineKind engine = EngineKind::native;
+  std::shared_ptr<const Simulator> simulator{};  //!< steps the scene in place of an engine of the library
 
   int most_iterations() const { return iterations.value_or(engine == EngineKind::native ? 200 : 50); }
   double residual() const { return tolerance.value_or(engine == EngineKind::native ? 1e-5 : 1e-7); }
@@ -260,6 +263,9 @@ class Scene {
     return with_stepping({stepping_.step, {}, {}, stepping_.margin, engine});
   }
 
+  //! The same scene, stepped by a simulator, in its steps.
+  Scene with_simulator(std::shared_ptr<const Simulator> simulator) const;
+
   //! The same scene with other coefficients or another mass and inertia of one body; those of pairs stay.
   Scene with_body(const std::string& name, const BodyChange& change) const;
   const std::vector<Body>& bodies() const { return bodies_; }
@@ -297,16 +303,14 @@ class Scene {
   //! Index of a joint by name; the error lists the names that there are.
   std::size_t joint_index(const std::string& name) const;
 
-  //! The control of a joint or, beyond all joints, a tendon.
-  const PositionControl& control(std::size_t index) const {
-    if (index < joints_.size()) return joints_[index];
-    return tendons_[index - joints_.size()];
-  }
+  //! The control of a joint or, beyond all joints, a tendon, or beyond these a command of the simulator.
+  const PositionControl& control(std::size_t index) const;
 
   //! Index of a tendon by name; none if the scene does not have it.
   std::optional<std::size_t> find_tendon(const std::string& name) const;
 
-  //! Index of a joint or a tendon among them by name; the error lists the names that there are.
+  //! Index of a joint or a tendon among them by name, or with a simulator of its command; the error lists the names
+  //! that there are.
   std::size_t control_index(const std::string& name) const;
 
   //! The joint that carries a body; none for a body that is no link.

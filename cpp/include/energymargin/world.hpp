@@ -13,6 +13,7 @@
 #include "energymargin/limit.hpp"
 #include "energymargin/plan.hpp"
 #include "energymargin/scene.hpp"
+#include "energymargin/simulator.hpp"
 #include "energymargin/state.hpp"
 
 namespace energymargin {
@@ -75,6 +76,14 @@ struct Watch {
   const Eigen::VectorXd* commands = nullptr;               //!< of the plan's policy
   const NoiseSeeds* noise = nullptr;                       //!< of what the robot observes; null: none
   bool audit = false;                                      //!< whether the energy is balanced
+  bool ends_for_good = false;                              //!< nobody goes on from where `ends` ends it
+};
+
+//! A rollout that is to be made: World::rollout_unchecked.
+struct RolloutQuestion {
+  State state;
+  std::vector<Push> pushes;
+  Watch watch{};
 };
 
 //! The push of these wrenches.
@@ -117,8 +126,13 @@ class World {
   const Scene& scene() const;
   const StateLayout& layout() const;
 
-  //! Numbers that the states of `rollout_unchecked` have behind those of the scene: what a Feedback remembers.
+  //! Numbers that the states of `rollout_unchecked` have behind those of the scene: a simulator's own, and what a
+  //! Feedback remembers.
   int memory() const;
+  int robot_memory() const;
+
+  //! What plays the rollouts in place of an engine of the library; null: nothing does.
+  const Simulator* simulator() const;
 
   //! Applies a wrench to each object for `duration` [s], rounded to whole steps; effort and work are their sums.
   //! `audit` also balances the energy, and changes no bit. The robot goes on where its plan is after `time` [s]. Throws
@@ -130,6 +144,11 @@ class World {
   //! callers that made the arguments themselves. It ends with fewer steps if it reaches the limit, or as `watch` says.
   Rollout rollout_unchecked(const State& state, const std::vector<Push>& pushes, const Limit& limit = {},
                             const Watch& watch = {});
+
+  //! Several of them together, in any of which a simulator steps many; none for one that diverged. There is a
+  //! simulator.
+  std::vector<std::optional<Rollout>> rollouts_unchecked(const std::vector<RolloutQuestion>& questions,
+                                                         const Limit& limit = {});
 
   //! One simulation of `steps` steps under the world's plan and, on top of it, `besides`, of a row a step or none,
   //! recorded after the steps in `record`, ascending from 0, the start. Throws Cancelled or TimedOut.
@@ -148,6 +167,11 @@ class World {
 
  private:
   struct Player;
+
+  void require_own_steps(const std::string& what) const;
+  std::vector<Frame> simulate_elsewhere(const State& state, const Plan& besides, std::vector<int> record,
+                                        const Limit& limit);
+
   std::unique_ptr<Player> player_;
 };
 

@@ -20,6 +20,8 @@
 namespace energymargin {
 namespace {
 
+constexpr int nodes_of_simulator = 16;  // of a round, which it plays together
+
 // Algorithm 1: AO-x over EST or RRT.
 Escape find_escape(const Problem& problem, const EffortOptions& options, search::Confirm confirm) {
   const bool improved = options.search == Search::improved;
@@ -35,6 +37,7 @@ Escape find_escape(const Problem& problem, const EffortOptions& options, search:
   }
   if (options.planner == "est") {
     search::Est est(bounded, stream(options.seed, search::streams::planner));
+    if (problem.scene.stepping().simulator) est.set_nodes_per_round(nodes_of_simulator);
     return ao(bounded, est, shortening.get(), confirm);
   }
   search::Rrt rrt(bounded);

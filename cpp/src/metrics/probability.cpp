@@ -24,7 +24,7 @@ constexpr int default_rollouts = 30;
 // Rollouts that go on at once, however many are asked for: more would be memory that none needs, and draws that are
 // made before the clock is looked at.
 constexpr std::size_t piece = 4096;
-constexpr std::size_t piece_of_policy = 4 * Policy::block;
+constexpr std::size_t piece_together = 4 * Policy::block;
 constexpr std::size_t drawn_a_thread = 4;  // by a function, which draws for all of a piece before it begins
 constexpr double confidence_of_tolerance = 0.95;
 
@@ -65,7 +65,7 @@ class Estimator {
   CaptureProbability estimate() {
     if (options_.undisturbed) {
       const Push none = no_push(problem_, timing_.horizon);
-      undisturbed_ = asks() ? run_together({{{none}}}).front() : run({{none}}, 0);
+      undisturbed_ = together() ? run_together({{{none}}}).front() : run({{none}}, 0);
       if (!undisturbed_->complete) options_.limit.require();
       if (undisturbed_->diverged) throw Diverged("the undisturbed future");
     }
@@ -90,17 +90,17 @@ class Estimator {
 
   std::size_t end_of_piece() const {
     const std::size_t first = futures_.size(), index = options_.first + first;
-    if (asks()) return first + piece_of_policy - index % piece_of_policy;
+    if (together()) return first + piece_together - index % piece_together;
     return first + (draws() ? drawn_a_thread * pool_.size() : piece);
   }
 
   void roll_piece(std::size_t end) {
     const std::size_t first = futures_.size();
     std::vector<Draw> drawn;
-    if ((asks() || draws()) && !draw_all(first, end, drawn)) return;
+    if ((together() || draws()) && !draw_all(first, end, drawn)) return;
     futures_.resize(end);
     complete_.resize(end, 0);
-    if (asks()) return roll_together(first, std::move(drawn));
+    if (together()) return roll_together(first, std::move(drawn));
     const auto roll_one = [&](std::size_t i, std::size_t thread) {
       const std::size_t number = first + i;
       futures_[number] = run(draws() ? drawn[i] : draw_of(options_.first + number, thread), thread);
@@ -112,6 +112,9 @@ class Estimator {
 
   // Whether the robot follows a policy, which is asked about many rollouts together.
   bool asks() const { return problem_.plan && problem_.plan->policy; }
+
+  // Whether rollouts go on together.
+  bool together() const { return asks() || problem_.scene.stepping().simulator; }
 
   // What draws if it is the user, one draw after the other.
   const disturbances::Draws* draws() const { return std::get_if<disturbances::Draws>(&options_.disturbance); }
@@ -137,7 +140,7 @@ class Estimator {
     return draw(options_.disturbance, problem_, timing_.horizon, options_.seed, index, {}, 0, std::move(leading));
   }
 
-  // The same rollouts, which a policy is asked about together.
+  // The same rollouts, about which a policy or a simulator is asked together.
   void roll_together(std::size_t first, std::vector<Draw> draws) {
     std::vector<Future> futures = run_together(std::move(draws), options_.first + first);
     for (std::size_t i = 0; i < futures.size(); ++i) {
@@ -161,7 +164,10 @@ class Estimator {
       if (!worlds_[thread]) worlds_[thread].emplace(world_of(problem_));
       return *worlds_[thread];
     };
-    PolicyRollouts(problem_, timing_).run(rollouts, pool_, world, options_.limit);
+    if (asks())
+      PolicyRollouts(problem_, timing_).run(rollouts, pool_, world, options_.limit);
+    else
+      go_on_to_horizon(rollouts, problem_, timing_, pool_, world, options_.limit);
     std::vector<Future> futures(draws.size());
     for (std::size_t i = 0; i < futures.size(); ++i) {
       const Together& of = rollouts[i];

@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <iomanip>
+#include <iterator>
+#include <memory>
 #include <sstream>
+#include <utility>
 
 #include "base/check.hpp"
 #include "energymargin/membership.hpp"
@@ -14,6 +17,7 @@
 #include "metrics/forecast.hpp"
 #include "metrics/splitting.hpp"
 #include "search/horizon.hpp"
+#include "search/rollouts.hpp"
 
 namespace energymargin {
 namespace {
@@ -52,9 +56,28 @@ struct Replica : Draw {
 struct Tally : StepCounts {
   int simulated = 0;
   int diverged = 0;
+
+  Tally& operator+=(const Tally& other) {
+    StepCounts::operator+=(other);
+    simulated += other.simulated;
+    diverged += other.diverged;
+    return *this;
+  }
 };
 
-// Rollouts of one batch, one after another.
+// A rollout on its way.
+struct ReplicaRun {
+  Replica replica;
+  int first = 0;  // check time from which its law is a fair draw
+  search::Exit exit;
+  int step = 0;
+  double last = 0.0;            // level of the state at the last check time
+  std::vector<double> gains{};  // of that level, from one check time to the next
+  Track track{};
+  Tally tally{};
+};
+
+// Rollouts, one after another or, in a simulator, together.
 class ReplicaSimulator {
  public:
   // `fit`, which may be null, learns from each rollout.
@@ -72,30 +95,43 @@ class ReplicaSimulator {
     if (!options.level) distance_.emplace(problem.captured, problem.scene, problem.state);
   }
 
-  Replica draw(std::uint64_t seed, std::size_t number) {
-    Replica replica{energymargin::draw(options_.disturbance, problem_, timing_.horizon, seed, number)};
-    simulate(replica);
-    return replica;
+  ReplicaRun draw(std::uint64_t seed, std::size_t number) const {
+    return run_of({energymargin::draw(options_.disturbance, problem_, timing_.horizon, seed, number)});
   }
 
-  // A replica that leaves its parent where that first is above a level.
-  Replica branch(const Replica& parent, double level, std::uint64_t seed, std::size_t number) {
+  // A replica that leaves its parent where that first is above a level; the parent itself if that has happened there.
+  ReplicaRun branch(const Replica& parent, double level, std::uint64_t seed, std::size_t number) const {
     const int first = parent.rises_above(level);
-    if (parent.highest_until[static_cast<std::size_t>(first)] == splitting::happened) return parent;
+    if (parent.highest_until[static_cast<std::size_t>(first)] == splitting::happened) return run_of(parent);
     const int step = std::min(first * timing_.check, timing_.horizon);
-    Replica replica{energymargin::draw(options_.disturbance, problem_, timing_.horizon, seed, number, parent, step)};
-    simulate(replica, first);
-    return replica;
+    return run_of({energymargin::draw(options_.disturbance, problem_, timing_.horizon, seed, number, parent, step)},
+                  first);
+  }
+
+  // Makes the rollouts of those that have none.
+  void simulate(std::vector<ReplicaRun>& runs) {
+    if (!problem_.scene.stepping().simulator) {
+      for (ReplicaRun& run : runs) {
+        if (options_.limit.reached()) return;
+        simulate(std::vector<ReplicaRun*>{&run});
+      }
+      return;
+    }
+    std::vector<ReplicaRun*> all;
+    for (ReplicaRun& run : runs) all.push_back(&run);
+    simulate(all);
   }
 
   // How long the rate of the level lasts, as the correlation of its gains from one check time to the next tells [s].
   double memory(std::uint64_t seed) {
     double squares = 0.0, products = 0.0;
     for (std::size_t number = 0; number < pilots && !options_.limit.reached(); ++number) {
-      draw(seed, number);
-      for (std::size_t i = 1; i < gains_.size(); ++i) {
-        squares += 0.5 * (gains_[i - 1] * gains_[i - 1] + gains_[i] * gains_[i]);
-        products += gains_[i - 1] * gains_[i];
+      std::vector<ReplicaRun> runs{draw(seed, number)};
+      simulate(runs);
+      const std::vector<double>& gains = runs.front().gains;
+      for (std::size_t i = 1; i < gains.size(); ++i) {
+        squares += 0.5 * (gains[i - 1] * gains[i - 1] + gains[i] * gains[i]);
+        products += gains[i - 1] * gains[i];
       }
     }
     const double longest = timing_.horizon * problem_.scene.stepping().step;
@@ -106,72 +142,96 @@ class ReplicaSimulator {
 
   // Throws Diverged, Cancelled or TimedOut.
   Replica undisturbed() {
-    Replica replica{{{no_push(problem_, timing_.horizon)}}};
-    simulate(replica);
+    std::vector<ReplicaRun> runs{run_of({{{no_push(problem_, timing_.horizon)}}})};
+    simulate(runs);
     options_.limit.require();
     if (tally_.diverged > 0) throw Diverged("the undisturbed future");
-    return replica;
+    return std::move(runs.front().replica);
   }
 
   const Tally& tally() const { return tally_; }
 
  private:
-  // The past of a branch is simulated again. Its law is a fair draw from check time `first` on.
-  void simulate(Replica& replica, int first = 0) {
-    roll_out(replica);
-    if (!fit_) return;
-    track_.lost = replica.exit >= 0;
-    fit_->add(track_, first);
+  ReplicaRun run_of(Replica replica, int first = 0) const {
+    return {std::move(replica), first, search::Exit(timing_.dwell)};
   }
 
-  void roll_out(Replica& replica) {
-    search::Exit exit(timing_.dwell);
-    gains_.clear();
-    track_.coordinates.clear();
-    check(problem_.state, 0, exit, replica);
-    ++tally_.simulated;
-    if (options_.rollout_counter) ++*options_.rollout_counter;
-    if (exit.left()) return;
-    int step = 0;
-    const auto left = [&](const State& state, int now) { return check(state, step = now, exit, replica); };
-    try {
-      const Rollout rollout =
-          search::roll_out_to_horizon(world_, problem_.state, replica.pushes, timing_, options_.limit, left,
-                                      replica.plan ? &*replica.plan : nullptr, &replica.noise);
-      tally_ += rollout;
-      if (rollout.complete && rollout.steps == timing_.horizon && !exit.left()) {
-        exit.end();
-        if (exit.left()) set_exit(exit, replica);
-      }
-    } catch (const Diverged&) {
-      tally_.steps += step;
-      ++tally_.diverged;
+  // The past of a branch is simulated again.
+  void simulate(const std::vector<ReplicaRun*>& runs) {
+    std::vector<ReplicaRun*> going;
+    for (ReplicaRun* run : runs) {
+      if (run->replica.highest_until.empty() && begins(*run)) going.push_back(run);
     }
+    std::vector<RolloutQuestion> questions(going.size());
+    for (std::size_t i = 0; i < going.size(); ++i) ask(*going[i], questions[i]);
+    const std::vector<std::optional<Rollout>> rollouts =
+        search::roll_out(questions, pool_, [this](std::size_t) -> World& { return world_; }, options_.limit);
+    for (std::size_t i = 0; i < going.size(); ++i) {
+      going[i]->replica.pushes = std::move(questions[i].pushes);
+      end(*going[i], rollouts[i]);
+    }
+    for (ReplicaRun* run : runs) {
+      tally_ += run->tally;
+      if (!fit_) continue;
+      run->track.lost = run->replica.exit >= 0;
+      if (!run->track.coordinates.empty()) fit_->add(run->track, run->first);
+    }
+  }
+
+  bool begins(ReplicaRun& run) {
+    check(problem_.state, 0, run);
+    ++run.tally.simulated;
+    if (options_.rollout_counter) ++*options_.rollout_counter;
+    return !run.exit.left();
+  }
+
+  void ask(ReplicaRun& run, RolloutQuestion& question) {
+    question = {problem_.state, std::move(run.replica.pushes)};
+    question.watch.check_every = timing_.check;
+    question.watch.plan = run.replica.plan ? &*run.replica.plan : nullptr;
+    question.watch.noise = &run.replica.noise;
+    question.watch.ends_for_good = true;
+    question.watch.ends = [this, &run](const State& state) { return check(state, run.step += timing_.check, run); };
+  }
+
+  void end(ReplicaRun& run, const std::optional<Rollout>& rollout) {
+    if (!rollout) {
+      run.tally.steps += run.step;
+      ++run.tally.diverged;
+      return;
+    }
+    static_cast<StepCounts&>(run.tally) += *rollout;
+    if (!rollout->complete || rollout->steps != timing_.horizon) return;
+    if (run.step != timing_.horizon) check(rollout->state, timing_.horizon, run);
+    if (run.exit.left()) return;
+    run.exit.end();
+    if (run.exit.left()) set_exit(run.exit, run.replica);
   }
 
   // Whether it has left.
-  bool check(const State& state, int step, search::Exit& exit, Replica& replica) {
-    exit.check(captured_(state), step);
-    double level = level_of(state, last_check_ - static_cast<int>(replica.highest_until.size()));
-    if (exit.since() >= 0 && timing_.dwell > 0) level += static_cast<double>(step - exit.since()) / timing_.dwell;
-    std::vector<double>& highest = replica.highest_until;
+  bool check(const State& state, int step, ReplicaRun& run) {
+    run.exit.check(captured_(state), step);
+    std::vector<double>& highest = run.replica.highest_until;
+    double level = level_of(state, last_check_ - static_cast<int>(highest.size()), run);
+    if (run.exit.since() >= 0 && timing_.dwell > 0)
+      level += static_cast<double>(step - run.exit.since()) / timing_.dwell;
     highest.push_back(highest.empty() ? level : std::max(level, highest.back()));
-    if (exit.left()) set_exit(exit, replica);
-    return exit.left();
+    if (run.exit.left()) set_exit(run.exit, run.replica);
+    return run.exit.left();
   }
 
   // The level of a state with so many check times to come.
-  double level_of(const State& state, int left) {
+  double level_of(const State& state, int left, ReplicaRun& run) {
     if (distance_ && (fit_ || nearness_.forecast)) {
       const std::vector<double> coordinates = distance_->coordinates(state);
-      track_.coordinates.insert(track_.coordinates.end(), coordinates.begin(), coordinates.end());
+      run.track.coordinates.insert(run.track.coordinates.end(), coordinates.begin(), coordinates.end());
     }
-    if (nearness_.forecast) return (*nearness_.forecast)(track_, left);
+    if (nearness_.forecast) return (*nearness_.forecast)(run.track, left);
     const double now = distance_ ? (*distance_)(state) : options_.level(state.head(problem_.state.size()));
     if (std::isnan(now)) reject("level", "not a number", "a number for every state");
-    const double gain = left < last_check_ ? now - last_ : 0.0;
-    if (left < last_check_) gains_.push_back(gain);
-    last_ = now;
+    const double gain = left < last_check_ ? now - run.last : 0.0;
+    if (left < last_check_) run.gains.push_back(gain);
+    run.last = now;
     return now + nearness_.ahead * gain / check_period_;
   }
 
@@ -189,10 +249,8 @@ class ReplicaSimulator {
   Membership captured_;
   std::optional<SignedDistance> distance_{};  // unless the level is the caller's
   World world_;
-  double check_period_;        // [s]
-  double last_ = 0.0;          // level of the state at the last check time
-  std::vector<double> gains_;  // of that level, from one check time to the next
-  Track track_;
+  double check_period_;  // [s]
+  ThreadPool pool_{1};
   Tally tally_;
 };
 
@@ -205,33 +263,97 @@ struct ReplicaBatch : Tally {
   bool complete = false;
 };
 
-ReplicaBatch run_batch(const Problem& problem, const RareOptions& options, const Nearness& nearness, int replicas,
-                       std::size_t number, ForecastFit* fit = nullptr) {
-  const std::uint64_t seed = stream(options.seed, number);
-  Random random(seed, std::numeric_limits<std::uint64_t>::max());  // a stream that no rollout has
-  ReplicaSimulator simulator(problem, options, nearness, fit);
-  const auto draw = [&](std::size_t rollout) { return simulator.draw(seed, rollout); };
-  const auto branch = [&](const Replica& parent, double level, std::size_t rollout) {
-    return simulator.branch(parent, level, seed, rollout);
-  };
-  const auto last = splitting::split<Replica>(replicas, random, draw, branch, options.limit);
-  const Timing timing = *timing_of(problem);
-  const std::vector<int> checks = search::check_steps(timing);
-  ReplicaBatch batch;
-  static_cast<Tally&>(batch) = simulator.tally();
-  batch.lost = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(checks.size()));
-  for (const Replica& replica : last.replicas) {
-    if (replica.exit < 0) continue;
-    const auto from = std::lower_bound(checks.begin(), checks.end(), replica.exit) - checks.begin();
-    batch.lost.tail(batch.lost.size() - from).array() += 1.0;
-    batch.mean_loss += timing.horizon - replica.exit;
+// One batch, which splits round by round.
+class BatchRun {
+ public:
+  BatchRun(const RareOptions& options, int replicas, std::size_t number)
+      : seed_(stream(options.seed, number)),
+        random_(seed_, std::numeric_limits<std::uint64_t>::max()),  // a stream that no rollout has
+        splitting_(replicas, random_),
+        replicas_(replicas) {}
+  BatchRun(const BatchRun&) = delete;
+  BatchRun& operator=(const BatchRun&) = delete;
+
+  //! The runs of the next round; none once it has ended.
+  std::vector<ReplicaRun> next(const ReplicaSimulator& simulator) {
+    std::vector<ReplicaRun> runs;
+    for (const splitting::Path<Replica>& path : splitting_.next()) {
+      runs.push_back(path.parent ? simulator.branch(*path.parent, path.level, seed_, path.number)
+                                 : simulator.draw(seed_, path.number));
+    }
+    return runs;
   }
-  batch.lost *= last.weight / replicas;
-  batch.mean_loss *= last.weight / replicas;
-  batch.levels = last.levels;
-  batch.replicas = replicas;
-  batch.complete = last.complete;
-  return batch;
+
+  template <typename Iterator>
+  void take(Iterator begin, Iterator end) {
+    std::vector<Replica> made;
+    for (; begin != end; ++begin) {
+      tally_ += begin->tally;
+      made.push_back(std::move(begin->replica));
+    }
+    splitting_.take(std::move(made));
+  }
+
+  ReplicaBatch result(const Problem& problem) const {
+    const auto& last = splitting_.generation();
+    const Timing timing = *timing_of(problem);
+    const std::vector<int> checks = search::check_steps(timing);
+    ReplicaBatch batch;
+    static_cast<Tally&>(batch) = tally_;
+    batch.lost = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(checks.size()));
+    for (const Replica& replica : last.replicas) {
+      if (replica.exit < 0) continue;
+      const auto from = std::lower_bound(checks.begin(), checks.end(), replica.exit) - checks.begin();
+      batch.lost.tail(batch.lost.size() - from).array() += 1.0;
+      batch.mean_loss += timing.horizon - replica.exit;
+    }
+    batch.lost *= last.weight / replicas_;
+    batch.mean_loss *= last.weight / replicas_;
+    batch.levels = last.levels;
+    batch.replicas = replicas_;
+    batch.complete = last.complete;
+    return batch;
+  }
+
+ private:
+  std::uint64_t seed_;
+  Random random_;
+  splitting::Splitting<Replica> splitting_;
+  int replicas_;
+  Tally tally_;
+};
+
+// So many replicas, and the number of the batch.
+using BatchSize = std::pair<int, std::size_t>;
+
+// Batches whose rounds are simulated together.
+std::vector<ReplicaBatch> run_batches(const Problem& problem, const RareOptions& options, const Nearness& nearness,
+                                      const std::vector<BatchSize>& sizes, ForecastFit* fit = nullptr) {
+  ReplicaSimulator simulator(problem, options, nearness, fit);
+  std::vector<std::unique_ptr<BatchRun>> batches;
+  for (const auto& [replicas, number] : sizes) batches.push_back(std::make_unique<BatchRun>(options, replicas, number));
+  bool goes_on = true;
+  while (goes_on && !options.limit.reached()) {
+    std::vector<ReplicaRun> runs;
+    std::vector<std::size_t> counts;
+    for (const auto& batch : batches) {
+      std::vector<ReplicaRun> next = batch->next(simulator);
+      counts.push_back(next.size());
+      std::move(next.begin(), next.end(), std::back_inserter(runs));
+    }
+    goes_on = !runs.empty();
+    simulator.simulate(runs);
+    if (options.limit.reached()) break;
+    auto run = runs.begin();
+    for (std::size_t i = 0; i < batches.size(); ++i) {
+      if (counts[i] == 0) continue;
+      batches[i]->take(run, run + static_cast<std::ptrdiff_t>(counts[i]));
+      run += static_cast<std::ptrdiff_t>(counts[i]);
+    }
+  }
+  std::vector<ReplicaBatch> results;
+  for (const auto& batch : batches) results.push_back(batch->result(problem));
+  return results;
 }
 
 // A few replicas that split by the rate of their distance find the forecast by which all others split: what they see is
@@ -240,7 +362,7 @@ StepCounts scout(const Problem& problem, const RareOptions& options, Nearness& n
   const SignedDistance distance(problem.captured, problem.scene, problem.state);
   ForecastFit fit(distance, static_cast<int>(search::check_steps(*timing_of(problem)).size()));
   const int scouts = std::max(options.rollouts / replicas_a_scout, fewest_scouts);
-  const StepCounts counts = run_batch(problem, options, nearness, scouts, stream_of_scouts, &fit);
+  const StepCounts counts = run_batches(problem, options, nearness, {{scouts, stream_of_scouts}}, &fit).front();
   nearness.forecast = fit.fit();
   return counts;
 }
@@ -321,14 +443,17 @@ CaptureProbability rare_capture_probability(const Problem& problem, const RareOp
   nearness.ahead = options.ahead ? *options.ahead : simulator.memory(stream(options.seed, stream_of_pilots));
   const StepCounts of_scouts = options.level || options.ahead ? StepCounts{} : scout(problem, options, nearness);
   std::vector<ReplicaBatch> batches(splitting_batches);
-  parallel_for(
-      batches.size(), options.threads,
-      [&](std::size_t i) {
-        const int rest = options.rollouts % splitting_batches;
-        const int replicas = options.rollouts / splitting_batches + (static_cast<int>(i) < rest ? 1 : 0);
-        batches[i] = run_batch(problem, options, nearness, replicas, i);
-      },
-      options.limit);
+  std::vector<BatchSize> sizes;
+  for (std::size_t i = 0; i < batches.size(); ++i) {
+    const bool has_more = static_cast<int>(i) < options.rollouts % splitting_batches;
+    sizes.emplace_back(options.rollouts / splitting_batches + (has_more ? 1 : 0), i);
+  }
+  if (problem.scene.stepping().simulator) {
+    batches = run_batches(problem, options, nearness, sizes);
+  } else {
+    const auto run = [&](std::size_t i) { batches[i] = run_batches(problem, options, nearness, {sizes[i]}).front(); };
+    parallel_for(batches.size(), options.threads, run, options.limit);
+  }
   const auto missing =
       std::find_if(batches.begin(), batches.end(), [](const ReplicaBatch& batch) { return !batch.complete; });
   const bool complete = missing == batches.end();

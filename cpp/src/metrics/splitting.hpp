@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <vector>
 
@@ -26,31 +27,77 @@ struct Generation {
   bool complete = true;  //!< false if the limit was reached
 };
 
-//! A Replica has `highest()`, the highest level of its path. `draw(number)` is a path from the start. `branch(parent,
-//! level, number)` has the parent's past up to where its level, which may depend on the past, first is above `level`,
-//! and goes on by the path's law. All replicas of the lowest level are killed, and branch from others drawn evenly.
-template <typename Replica, typename Draw, typename Branch>
-Generation<Replica> split(int count, Random& random, const Draw& draw, const Branch& branch, const Limit& limit = {}) {
-  Generation<Replica> generation;
-  std::vector<Replica>& replicas = generation.replicas;
-  std::size_t number = 0;
-  for (; number < static_cast<std::size_t>(count) && !limit.reached(); ++number) replicas.push_back(draw(number));
-  while (!limit.reached()) {
+//! A path that is to be made: from the start or, with a parent, with that one's past up to where its level, which may
+//! depend on the past, first is above `level`, from where it goes on by the path's law.
+template <typename Replica>
+struct Path {
+  std::size_t number;
+  const Replica* parent = nullptr;
+  double level = 0.0;
+};
+
+//! A Replica has `highest()`, the highest level of its path. In each round all replicas of the lowest level are killed,
+//! and branch from others drawn evenly.
+template <typename Replica>
+class Splitting {
+ public:
+  //! `random` outlives it.
+  Splitting(int count, Random& random) : count_(static_cast<std::size_t>(count)), random_(&random) {
+    generation_.complete = false;
+  }
+
+  //! The paths of the next round; none once it has ended. They are valid until `take`.
+  std::vector<Path<Replica>> next() {
+    std::vector<Replica>& replicas = generation_.replicas;
+    std::vector<Path<Replica>> paths;
+    if (replicas.empty()) {
+      for (; number_ < count_; ++number_) paths.push_back({number_});
+      return paths;
+    }
     const auto is_lower = [](const Replica& a, const Replica& b) { return a.highest() < b.highest(); };
     const double level = std::min_element(replicas.begin(), replicas.end(), is_lower)->highest();
-    if (level == happened) return generation;
+    generation_.complete = level == happened;
+    if (generation_.complete) return paths;
     const auto first_killed = std::stable_partition(
         replicas.begin(), replicas.end(), [level](const Replica& replica) { return replica.highest() > level; });
-    const auto survivors = static_cast<std::size_t>(first_killed - replicas.begin());
-    ++generation.levels;
-    generation.weight *= static_cast<double>(survivors) / static_cast<double>(count);
-    if (survivors == 0) return generation;
-    for (std::size_t i = survivors; i < replicas.size() && !limit.reached(); ++i) {
-      replicas[i] = branch(replicas[random.below(survivors)], level, number++);
+    survivors_ = static_cast<std::size_t>(first_killed - replicas.begin());
+    ++generation_.levels;
+    generation_.weight *= static_cast<double>(survivors_) / static_cast<double>(count_);
+    generation_.complete = survivors_ == 0;
+    for (std::size_t i = survivors_; i < replicas.size() && survivors_ > 0; ++i) {
+      paths.push_back({number_++, &replicas[random_->below(survivors_)], level});
     }
+    return paths;
   }
-  generation.complete = false;
-  return generation;
+
+  //! Those paths, in their order.
+  void take(std::vector<Replica> made) {
+    generation_.replicas.resize(survivors_);
+    std::move(made.begin(), made.end(), std::back_inserter(generation_.replicas));
+  }
+
+  const Generation<Replica>& generation() const { return generation_; }
+
+ private:
+  std::size_t count_;
+  Random* random_;
+  Generation<Replica> generation_;
+  std::size_t number_ = 0;
+  std::size_t survivors_ = 0;
+};
+
+//! All rounds. `draw(number)` is a path from the start, `branch(parent, level, number)` one of a parent.
+template <typename Replica, typename Draw, typename Branch>
+Generation<Replica> split(int count, Random& random, const Draw& draw, const Branch& branch) {
+  Splitting<Replica> splitting(count, random);
+  for (std::vector<Path<Replica>> paths = splitting.next(); !paths.empty(); paths = splitting.next()) {
+    std::vector<Replica> made;
+    for (const Path<Replica>& path : paths) {
+      made.push_back(path.parent ? branch(*path.parent, path.level, path.number) : draw(path.number));
+    }
+    splitting.take(std::move(made));
+  }
+  return splitting.generation();
 }
 
 //! Relative variance of one estimate: as measured or, if that is more, as of a lognormal distribution with the variance

@@ -1,5 +1,5 @@
 #pragma once
-// Rollouts of a problem whose robot follows a policy, from one control time to the next.
+// Rollouts of a problem that go on together: from one control time of a policy to the next, or in a simulator.
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +11,7 @@
 #include "energymargin/random.hpp"
 #include "scene/feedback.hpp"
 #include "search/horizon.hpp"
+#include "search/rollouts.hpp"
 
 namespace energymargin {
 
@@ -26,6 +27,62 @@ struct Together {
   StepCounts counts{};
   bool over = false, complete = true, diverged = false;
 };
+
+//! Takes the rollouts that are not over from `step` on, as far as `ask(rollout, question)` says.
+template <typename WorldOf, typename Ask>
+void go_on(std::vector<Together>& rollouts, const Timing& timing, int step, ThreadPool& pool, const WorldOf& world,
+           const Limit& limit, const Ask& ask) {
+  std::vector<Together*> going;
+  for (Together& rollout : rollouts) {
+    if (!rollout.over) going.push_back(&rollout);
+  }
+  if (going.empty()) return;
+  std::vector<int> checks(going.size(), step / timing.check * timing.check);
+  std::vector<RolloutQuestion> questions(going.size());
+  for (std::size_t i = 0; i < going.size(); ++i) {
+    Together& rollout = *going[i];
+    questions[i].state = rollout.state;
+    Watch& watch = questions[i].watch;
+    watch.first = step;
+    watch.check_every = timing.check;
+    watch.plan = rollout.draw.plan ? &*rollout.draw.plan : nullptr;
+    watch.ends = [&rollout, &check = checks[i], &timing](const State& state) {
+      return rollout.over = rollout.ends(state, check += timing.check);
+    };
+    ask(rollout, questions[i]);
+  }
+  const std::vector<std::optional<Rollout>> parts = search::roll_out(questions, pool, world, limit);
+  for (std::size_t i = 0; i < going.size(); ++i) {
+    Together& rollout = *going[i];
+    if (!parts[i]) {
+      rollout.diverged = rollout.over = true;
+      continue;
+    }
+    rollout.state = parts[i]->state;
+    rollout.steps += parts[i]->steps;
+    rollout.effort += parts[i]->effort;
+    rollout.counts += *parts[i];
+    rollout.complete = parts[i]->complete;
+    if (rollout.complete && rollout.steps == timing.horizon && checks[i] != timing.horizon)
+      rollout.ends(rollout.state, timing.horizon);
+    rollout.over = rollout.over || !rollout.complete;
+  }
+}
+
+//! All rollouts of a problem without a policy.
+template <typename WorldOf>
+void go_on_to_horizon(std::vector<Together>& rollouts, const Problem& problem, const Timing& timing, ThreadPool& pool,
+                      const WorldOf& world, const Limit& limit) {
+  for (Together& rollout : rollouts) {
+    rollout.state = problem.state;
+    rollout.over = rollout.ends(rollout.state, 0);
+  }
+  go_on(rollouts, timing, 0, pool, world, limit, [](Together& rollout, RolloutQuestion& question) {
+    question.pushes = rollout.draw.pushes;
+    question.watch.noise = &rollout.draw.noise;
+    question.watch.ends_for_good = true;
+  });
+}
 
 //! The law of a problem's policy.
 class PolicyRollouts {
@@ -53,10 +110,7 @@ class PolicyRollouts {
       if (limit.reached()) return stop(rollouts);
       if (std::all_of(rollouts.begin(), rollouts.end(), [](const Together& each) { return each.over; })) return;
       if (!(step == 0 && goes_on()) && !ask(rollouts, number, limit)) return stop(rollouts);
-      pool.run(rollouts.size(), [&](std::size_t i, std::size_t thread) {
-        if (!rollouts[i].over)
-          go_on(rollouts[i], world(thread), step, next, queue_.front().row(static_cast<Eigen::Index>(i)), limit);
-      });
+      go_on(rollouts, pool, world, step, next, limit);
       step = next;
     }
   }
@@ -135,28 +189,17 @@ class PolicyRollouts {
     return true;
   }
 
-  void go_on(Together& rollout, World& world, int step, int next, const Eigen::VectorXd& commands, const Limit& limit) {
-    Watch watch;
-    watch.first = step;
-    watch.check_every = timing_.check;
-    watch.plan = rollout.draw.plan ? &*rollout.draw.plan : nullptr;
-    watch.commands = &commands;
-    int check = step / timing_.check * timing_.check;
-    watch.ends = [&](const State& state) { return rollout.over = rollout.ends(state, check += timing_.check); };
-    try {
-      const Rollout part =
-          world.rollout_unchecked(rollout.state, between(rollout.draw.pushes, step, next), limit, watch);
-      rollout.state = part.state;
-      rollout.steps += part.steps;
-      rollout.effort += part.effort;
-      rollout.counts += part;
-      rollout.complete = part.complete;
-      if (part.complete && rollout.steps == timing_.horizon && check != timing_.horizon)
-        rollout.ends(part.state, timing_.horizon);
-      rollout.over = rollout.over || !part.complete;
-    } catch (const Diverged&) {
-      rollout.diverged = rollout.over = true;
+  template <typename WorldOf>
+  void go_on(std::vector<Together>& rollouts, ThreadPool& pool, const WorldOf& world, int step, int next,
+             const Limit& limit) {
+    std::vector<Eigen::VectorXd> commands(rollouts.size());
+    for (std::size_t i = 0; i < rollouts.size(); ++i) {
+      if (!rollouts[i].over) commands[i] = queue_.front().row(static_cast<Eigen::Index>(i));
     }
+    energymargin::go_on(rollouts, timing_, step, pool, world, limit, [&](Together& rollout, RolloutQuestion& question) {
+      question.pushes = between(rollout.draw.pushes, step, next);
+      question.watch.commands = &commands[static_cast<std::size_t>(&rollout - rollouts.data())];
+    });
   }
 
   static std::vector<Push> between(const std::vector<Push>& pushes, int from, int to) {

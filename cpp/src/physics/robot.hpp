@@ -49,6 +49,13 @@ class Corrections {
     return memory_;
   }
 
+  //! Steps after one until there is a control time again.
+  int steps_until_asked(int step) const {
+    int steps = 1;
+    while (control_time(step + steps) == control_time(step + steps - 1)) ++steps;
+    return steps;
+  }
+
   //! Those of a step; null if the limit was reached.
   const double* at(const Engine& engine, int step, const NoiseSeeds* noise, const Limit& limit) {
     const double now = control_time(step);
@@ -157,6 +164,7 @@ class Robot {
       servo = with_default_limits(scene, servo);
       servo_bodies_.push_back(scene.index(servo.body));
     }
+    for (const Targets& targets : plan_.targets) target_names_.push_back(targets.joint);
     if (!plan.feedback) return;
     corrections_.emplace(scene, *plan.feedback, plan.policy);
     for (const std::string& name : plan.feedback->corrected) corrected_.push_back(place_of(corrected(name)));
@@ -181,13 +189,26 @@ class Robot {
     noise_ = noise;
   }
 
-  //! Loads the engine with what acts in a step of the plan. Behind its end nothing acts but the last targets, or
-  //! with a feedback the last row. False if the limit was reached before a policy answered.
+  //! Finds what acts in a step of the plan. False if the limit was reached before a policy answered.
+  bool decide(const Engine& engine, int step, const Limit& limit) {
+    take_row(std::min(step, plan_.rows() - 1));
+    return !plan_.feedback || correct(engine, step, limit);
+  }
+
+  //! That of the joints, in the order of their names.
+  const std::vector<double>& targets() const { return targets_; }
+  const std::vector<std::string>& target_names() const { return target_names_; }
+
+  //! Steps after one until it observes the engine again.
+  int steps_until_asked(int step) const {
+    return corrections_ && !commands_ ? corrections_->steps_until_asked(step) : std::numeric_limits<int>::max();
+  }
+
+  //! Decides, and loads the engine with it. Behind the plan's end nothing acts but the last targets, or with a feedback
+  //! the last row.
   bool act(Engine& engine, int step, const Limit& limit) {
+    if (!decide(engine, step, limit)) return false;
     const int last = plan_.rows() - 1;
-    const int row = std::min(step, last);
-    take_row(row);
-    if (plan_.feedback && !correct(engine, step, limit)) return false;
     for (std::size_t i = 0; i < joints_.size(); ++i) engine.set_target(joints_[i], targets_[i]);
     if (step > last && !plan_.feedback) return true;
     for (std::size_t i = 0; i < wrench_bodies_.size(); ++i) {
@@ -254,6 +275,7 @@ class Robot {
 
   Plan plan_;
   std::vector<std::size_t> wrench_bodies_, servo_bodies_, joints_;
+  std::vector<std::string> target_names_;
   std::optional<Corrections> corrections_;
   std::vector<Place> corrected_;
   const Eigen::VectorXd* commands_ = nullptr;

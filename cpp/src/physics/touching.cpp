@@ -16,6 +16,10 @@ class TouchingPair {
  public:
   TouchingPair(const Scene& scene, const regions::Touching& set)
       : scene_(scene), set_(set), a_(scene.index(set.body)), b_(scene.index(set.other)) {
+    if (const auto& simulator = scene.stepping().simulator; simulator && set.force > 0.0) {
+      reject("force", text(set.force) + " with the engine '" + simulator->name + "'",
+             "0: that one tells no contact force");
+    }
     if (CollisionFilter(scene)(a_, b_) && has_parts(a_) && has_parts(b_)) return;
     reject("other", "'" + set.other + "', which never collides with '" + set.body + "'", "a body that can touch it");
   }

@@ -9,6 +9,7 @@
 #include "physics/auditor.hpp"
 #include "physics/engine.hpp"
 #include "physics/robot.hpp"
+#include "physics/simulated.hpp"
 #include "scene/records.hpp"
 
 namespace energymargin {
@@ -52,13 +53,15 @@ std::vector<Load> loads_of(const Push& push, const Engine& engine) {
 struct World::Player {
   Player(const Scene& scene, const Plan* plan) : made(make_engine(scene)), energy(scene) {
     if (plan) robot.emplace(engine.scene(), *plan);
+    if (scene.stepping().simulator) simulated.emplace(engine, plan);
   }
 
   const std::unique_ptr<Engine> made;
   Engine& engine = *made;
   Energy energy;
   std::optional<Robot> robot;
-  std::vector<LoadedMotion> before{};  // as a substep begins
+  std::optional<SimulatedRollouts> simulated;  // then `engine` steps nothing
+  std::vector<LoadedMotion> before{};          // as a substep begins
 
   // One step under loads; its work, effort, lost time and convergence are added to `result`.
   void step(const std::vector<Load>& loads, Rollout& result, Auditor* auditor) {
@@ -104,7 +107,14 @@ World& World::operator=(World&&) noexcept = default;
 
 const Scene& World::scene() const { return player_->engine.scene(); }
 const StateLayout& World::layout() const { return player_->engine.layout(); }
-int World::memory() const { return player_->robot ? static_cast<int>(player_->robot->memory()) : 0; }
+int World::memory() const { return robot_memory() + static_cast<int>(simulator() ? simulator()->memory : 0); }
+int World::robot_memory() const { return player_->robot ? static_cast<int>(player_->robot->memory()) : 0; }
+const Simulator* World::simulator() const { return scene().stepping().simulator.get(); }
+
+void World::require_own_steps(const std::string& what) const {
+  if (simulator())
+    reject(what, "with the engine '" + simulator()->name + "'", "engine 'native': that one does not tell");
+}
 
 Rollout World::rollout(const State& state, const Disturbance& wrenches, double duration, bool audit, const Limit& limit,
                        double time) {
@@ -124,6 +134,7 @@ Rollout World::rollout(const State& state, const Disturbance& wrenches, double d
       reject(name, text(seconds), "at most " + std::to_string(most_steps) + " steps");
     }
   }
+  if (audit) require_own_steps("audit");
   if (audit && !player_->engine.impulses()) {
     reject("audit",
            std::string("with engine '") + word_of(scene().stepping().engine) +
@@ -143,6 +154,11 @@ Rollout World::rollout(const State& state, const Disturbance& wrenches, double d
 
 Rollout World::rollout_unchecked(const State& state, const std::vector<Push>& pushes, const Limit& limit,
                                  const Watch& watch) {
+  if (player_->simulated) {
+    std::optional<Rollout> rollout = std::move(player_->simulated->run({{state, pushes, watch}}, limit).front());
+    if (!rollout) throw Diverged("a state");
+    return std::move(*rollout);
+  }
   Engine& engine = player_->engine;
   engine.restore(state);
   std::optional<Auditor> auditor;
@@ -199,10 +215,16 @@ Rollout World::rollout_unchecked(const State& state, const std::vector<Push>& pu
   return result;
 }
 
+std::vector<std::optional<Rollout>> World::rollouts_unchecked(const std::vector<RolloutQuestion>& questions,
+                                                              const Limit& limit) {
+  return player_->simulated->run(questions, limit);
+}
+
 std::vector<Frame> World::simulate(const State& state, const Plan& besides, int steps, const std::vector<int>& record,
                                    const Limit& limit) {
   validate(scene(), state);
   validate_simulation(besides, steps, record);
+  if (player_->simulated) return simulate_elsewhere(state, besides, record, limit);
   Engine& engine = player_->engine;
   std::optional<Robot> second;
   if (besides.rows() > 0) {
@@ -241,7 +263,30 @@ std::vector<Frame> World::simulate(const State& state, const Plan& besides, int 
   return frames;
 }
 
+std::vector<Frame> World::simulate_elsewhere(const State& state, const Plan& besides, std::vector<int> record,
+                                             const Limit& limit) {
+  if (besides.rows() > 0) require_own_steps("drives or targets");
+  std::vector<Frame> frames;
+  if (!record.empty() && record.front() == 0) {
+    frames.push_back({0.0, state, Eigen::VectorXd::Zero(robot_memory())});
+    record.erase(record.begin());
+  }
+  if (record.empty()) return frames;
+  Watch watch;
+  watch.record = record;
+  const auto objects = static_cast<Eigen::Index>(player_->engine.objects().size());
+  const Push none{Eigen::VectorXd::Zero(wrench_axes * objects), record.back()};
+  const Rollout rollout = rollout_unchecked(state, {none}, limit, watch);
+  if (!rollout.complete) limit.require();
+  for (const Moment& moment : rollout.recorded) {
+    frames.push_back({moment.steps * scene().stepping().step, moment.state.head(layout().dimension()),
+                      moment.state.tail(robot_memory())});
+  }
+  return frames;
+}
+
 std::vector<Contact> World::contacts(const State& state) {
+  require_own_steps("contacts");
   validate(scene(), state);
   player_->engine.restore(state);
   Rollout whole;

@@ -397,6 +397,7 @@ std::string fingerprint(const Scene& scene) {
   const Stepping& stepping = scene.stepping();
   std::string words = text(stepping.step) + " " + std::to_string(stepping.most_iterations()) +
                       word_of(stepping.engine) + text(scene.gravity());
+  if (stepping.simulator) words += stepping.simulator->digest;
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
     const Body& body = scene.bodies()[i];
     words += "\n" + body.name + " " + text(body.mass) + " " + text(scene.smallest_half_extent(i));

@@ -141,6 +141,9 @@ void validate(const Problem& problem) {
   require_disturbance(problem);
   require_clock(problem);
   require_fields(problem);
+  if (const auto& simulator = scene.stepping().simulator; simulator && problem.effector == Effector::drive) {
+    reject("effector", "\"drive\" with the engine '" + simulator->name + "'", "\"coast\", or a plan of its commands");
+  }
   require_region("captured", problem.captured, problem);
   if (problem.succeeded) require_region("succeeded", *problem.succeeded, problem);
   if (problem.captured_any) require_region("captured_any", *problem.captured_any, problem);
@@ -156,7 +159,7 @@ void validate(const Problem& problem) {
     scene.index(contact.body_b);
     require_fields(contact, "contact ");
   }
-  require_no_deep_penetration(scene, problem.state);
+  if (!scene.stepping().simulator) require_no_deep_penetration(scene, problem.state);
 }
 
 bool asks_for_force(const Region& region) {
@@ -192,6 +195,13 @@ Problem with_step(const Problem& problem, double step) {
 Problem with_engine(const Problem& problem, EngineKind engine) {
   Problem copy = problem;
   copy.scene = problem.scene.with_engine(engine);
+  return copy;
+}
+
+Problem with_simulator(const Problem& problem, std::shared_ptr<const Simulator> simulator) {
+  Problem copy = problem;
+  copy.scene = problem.scene.with_simulator(std::move(simulator));
+  validate(copy);
   return copy;
 }
 

@@ -42,6 +42,7 @@ OrderedJson write_scene(const Scene& scene, const MeshFiles& meshes) {
   if (stepping.margin) json["margin"] = *stepping.margin;
   if (scene.friction_rule() != FrictionRule::product) json["friction_rule"] = word_of(scene.friction_rule());
   if (stepping.engine != EngineKind::native) json["engine"] = word_of(stepping.engine);
+  if (const auto& own = stepping.simulator) json["engine"] = {{"name", own->name}, {"digest", own->digest}};
   json["bodies"] = OrderedJson::array();
   for (const Body& body : scene.bodies()) json["bodies"].push_back(write_body(body, meshes));
   json["joints"] = write(scene.joints());
@@ -117,6 +118,9 @@ Plan plan_from_json(const std::string& text, const Policies& policies) {
 }
 
 void save(const Problem& problem, const std::string& path, Meshes meshes) {
+  if (const auto& simulator = problem.scene.stepping().simulator) {
+    reject("engine", "'" + simulator->name + "'", "'native' or 'bullet' in a file: problem.with_engine(...)");
+  }
   const std::filesystem::path file = path;
   MeshFiles names;
   if (meshes == Meshes::files) names = mesh_files(problem.scene, file.stem().string());

@@ -48,6 +48,11 @@ Stepping read_stepping(const JsonNode& node, int version) {
     for (const char* key : {"solver_iterations", "solver_tolerance"}) node[key].number();
   }
   if (node.has("margin")) stepping.margin = node["margin"].number();
+  if (node.has("engine") && !node["engine"].is_text()) {
+    node["engine"].fail(
+        "\"native\" or \"bullet\": a file does not hold an engine of Python, which goes on with "
+        "problem.with_engine(engine)");
+  }
   if (node.has("engine")) stepping.engine = node["engine"].one_of<EngineKind>();
   return stepping;
 }

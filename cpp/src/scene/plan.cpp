@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "base/check.hpp"
+#include "energymargin/simulator.hpp"
 #include "scene/feedback.hpp"
 
 namespace energymargin {
@@ -46,6 +47,17 @@ void require_position_control(const Scene& scene, const std::string& name, const
   if ((joint && (!joint->moves() || joint->held)) || scene.control(index).stiffness == 0.0) {
     reject(name, joint ? "for a joint without position control" : "for a tendon without position control",
            "a joint that moves, is not held, and has a stiffness, or a tendon with one");
+  }
+}
+
+// A simulator's robot knows commands alone.
+void require_commands(const Plan& plan, const std::string& engine) {
+  const std::string given = "given with the engine '" + engine + "'";
+  if (!plan.wrenches.empty()) reject("wrenches of the plan", given, "`targets`, which are its commands");
+  if (!plan.velocities.empty()) reject("velocities of the plan", given, "`targets`, which are its commands");
+  if (!plan.feedback) return;
+  for (const std::string& name : plan.feedback->observed) {
+    if (name.rfind("force(", 0) == 0) reject("observed", "'" + name + "' " + given, "what it tells: no contact force");
   }
 }
 
@@ -109,6 +121,7 @@ void validate(const Plan& plan, const std::string& wrenches) {
 void validate(const Plan& plan, const Scene& scene, const std::string& wrenches) {
   validate(plan, wrenches);
   require_step(plan, scene);
+  if (scene.stepping().simulator) require_commands(plan, scene.stepping().simulator->name);
   if (plan.feedback) {
     for (const std::string& name : plan.feedback->observed) observed(scene, name);
     if (!(plan.feedback->period > (1.0 - rounding) * scene.stepping().step)) {

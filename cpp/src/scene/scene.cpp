@@ -5,6 +5,7 @@
 #include "base/check.hpp"
 #include "energymargin/kinematics.hpp"
 #include "energymargin/plausible.hpp"
+#include "energymargin/simulator.hpp"
 #include "scene/records.hpp"
 #include "scene/scene_checks.hpp"
 
@@ -41,6 +42,10 @@ void validate(const Stepping& stepping) {
     reject("solver_tolerance", text(residual), "a number above 0, at most " + text(most_solver_tolerance));
   }
   if (stepping.margin) require_positive("margin", *stepping.margin);
+  if (stepping.simulator && stepping.step != stepping.simulator->step) {
+    reject("step", text(stepping.step),
+           text(stepping.simulator->step) + ", that of the engine '" + stepping.simulator->name + "'");
+  }
 }
 
 // Two springs in series; each damper has its spring's share of the speed.
@@ -79,7 +84,16 @@ Scene Scene::with_stepping(const Stepping& stepping) const {
   return scene;
 }
 
+Scene Scene::with_simulator(std::shared_ptr<const Simulator> simulator) const {
+  const double step = simulator->step;
+  return with_stepping({step, {}, {}, stepping_.margin, EngineKind::native, std::move(simulator)});
+}
+
 Scene Scene::with_body(const std::string& name, const BodyChange& change) const {
+  if (stepping_.simulator) {
+    reject("'" + name + "'", "to be changed in a scene that the engine '" + stepping_.simulator->name + "' steps",
+           "engine 'native' or 'bullet': the bodies of that one are its own");
+  }
   Body body = bodies_[index(name)];
   const std::optional<double>& mass = change.mass;
   body.friction = change.friction.value_or(body.friction);
@@ -282,7 +296,25 @@ std::optional<std::size_t> Scene::find_tendon(const std::string& name) const {
   return std::nullopt;
 }
 
+const PositionControl& Scene::control(std::size_t index) const {
+  if (index < joints_.size()) return joints_[index];
+  index -= joints_.size();
+  if (index < tendons_.size()) return tendons_[index];
+  return stepping_.simulator->commands[index - tendons_.size()];
+}
+
 std::size_t Scene::control_index(const std::string& name) const {
+  if (stepping_.simulator) {
+    const auto& commands = stepping_.simulator->commands;
+    std::string names;
+    for (std::size_t i = 0; i < commands.size(); ++i) {
+      if (commands[i].name == name) return joints_.size() + tendons_.size() + i;
+      names += (i == 0 ? "'" : ", '") + commands[i].name + "'";
+    }
+    const std::string engine = "the engine '" + stepping_.simulator->name + "'";
+    reject("target", "'" + name + "'",
+           names.empty() ? "none: " + engine + " has no commands" : "one of " + names + ", the commands of " + engine);
+  }
   const auto tendon = find_tendon(name);
   return tendon ? joints_.size() + *tendon : joint_index(name);
 }

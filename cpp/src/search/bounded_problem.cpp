@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -137,6 +138,9 @@ BoundedProblem::BoundedProblem(const Problem& problem, const Region* captured, i
   make_room(std::min(nodes, first_room) + 1);
   tree_.states.row(0).setZero();
   tree_.states.row(0).head(dimension_) = problem.state.transpose();
+  if (const Simulator* simulator = simulations_->worlds[0]->simulator()) {
+    tree_.states.row(0).segment(dimension_, simulator->memory) = simulator->start(problem.state.transpose()).row(0);
+  }
   tree_.costs[0] = 0.0;
   tree_.parents[0] = -1;
   tree_.controls.row(0).setZero();
@@ -212,14 +216,27 @@ int BoundedProblem::extend(int node, const Edge& edge, std::optional<double> bou
 std::vector<int> BoundedProblem::extend(const std::vector<EdgeFrom>& edges, std::optional<double> bound) {
   const int before = nodes_;
   std::vector<std::optional<Stretch>> stretches(edges.size());
-  const std::vector<std::size_t> order = by_length(edges);
   // Each edge has the nodes that are left if those before it take as many as they may.
-  simulations_->pool.run(order.size(), [&](std::size_t job, std::size_t thread) {
-    const std::size_t i = order[job];
+  std::vector<Watch> watches;
+  for (std::size_t i = 0; i < edges.size(); ++i) {
     const int left = most_nodes_ - nodes_ - static_cast<int>(i) * nodes_per_edge_;
-    stretches[i] = roll_out(*simulations_->worlds[thread], edges[i], std::min(nodes_per_edge_, left),
-                            bound.value_or(this->bound()));
-  });
+    watches.push_back({cost(edges[i].node),
+                       bound.value_or(this->bound()),
+                       division(edges[i].edge.steps, std::min(nodes_per_edge_, left)),
+                       {},
+                       check_every});
+    if (stops_at_escape_ && captured_ && !horizon_)
+      watches.back().ends = [this](const State& now) { return !(*captured_)(now); };
+  }
+  if (simulations_->worlds[0]->simulator()) {
+    stretches = roll_out_together(edges, watches);
+  } else {
+    const std::vector<std::size_t> order = by_length(edges);
+    simulations_->pool.run(order.size(), [&](std::size_t job, std::size_t thread) {
+      const std::size_t i = order[job];
+      stretches[i] = roll_out(*simulations_->worlds[thread], edges[i], watches[i]);
+    });
+  }
   std::vector<int> nodes;
   for (std::size_t i = 0; i < edges.size(); ++i) {
     if (stretches[i] && !stretches[i]->rollout.complete) break;
@@ -244,17 +261,41 @@ int BoundedProblem::extend_undisturbed() {
 }
 
 // None if the simulation diverges.
-std::optional<Stretch> BoundedProblem::roll_out(World& world, const EdgeFrom& from, int nodes, double bound) const {
+std::optional<Stretch> BoundedProblem::roll_out(World& world, const EdgeFrom& from, const Watch& watch) const {
   const Edge& edge = from.edge;
   const State start = state(from.node);
-  Watch watch{cost(from.node), bound, division(edge.steps, nodes), {}, check_every};
   try {
     if (horizon_) return simulations_->horizon->extend(world, start, time(from.node), edge, limit_, watch);
-    if (stops_at_escape_ && captured_) watch.ends = [this](const State& now) { return !(*captured_)(now); };
     return Stretch{world.rollout_unchecked(simulations_->edge_start(start), {edge}, limit_, watch)};
   } catch (const Diverged&) {
     return std::nullopt;
   }
+}
+
+// The same of several edges in a simulator.
+std::vector<std::optional<Stretch>> BoundedProblem::roll_out_together(const std::vector<EdgeFrom>& edges,
+                                                                      const std::vector<Watch>& watches) const {
+  World& world = *simulations_->worlds[0];
+  const std::optional<Horizon>& horizon = simulations_->horizon;
+  std::deque<bool> outside(edges.size(), false);
+  std::vector<RolloutQuestion> questions;
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    const auto& [node, edge] = edges[i];
+    if (horizon)
+      questions.push_back(horizon->ask(state(node), time(node), edge, watches[i], outside[i]));
+    else
+      questions.push_back({simulations_->edge_start(state(node)), {edge}, watches[i]});
+  }
+  std::vector<std::optional<Rollout>> rollouts = world.rollouts_unchecked(questions, limit_);
+  std::vector<std::optional<Stretch>> stretches(edges.size());
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    if (!rollouts[i]) continue;
+    if (horizon)
+      stretches[i] = horizon->extended(world, questions[i], std::move(*rollouts[i]), outside[i], limit_);
+    else
+      stretches[i] = Stretch{std::move(*rollouts[i])};
+  }
+  return stretches;
 }
 
 // The last of the nodes of a rollout; one of infinite cost if it diverged.

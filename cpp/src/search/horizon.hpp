@@ -69,6 +69,7 @@ Rollout roll_out_to_horizon(World& world, const State& start, const std::vector<
   watch.check_every = timing.check;
   watch.plan = plan;
   watch.noise = noise;
+  watch.ends_for_good = true;
   watch.ends = [&](const State& state) { return ends(state, step += timing.check); };
   Rollout rollout = world.rollout_unchecked(start, pushes, limit, watch);
   if (rollout.complete && rollout.steps == timing.horizon && step != timing.horizon)
@@ -103,15 +104,27 @@ class Horizon {
 
   //! The rollout of an edge from a state at `time` < end: cut at the horizon, and at the first check time outside.
   Stretch extend(World& world, const State& from, int time, const Edge& edge, const Limit& limit,
-                 Watch watch = {}) const {
+                 const Watch& watch = {}) const {
     bool outside = false;
+    const RolloutQuestion asked = ask(from, time, edge, watch, outside);
+    Rollout rollout = world.rollout_unchecked(asked.state, asked.pushes, limit, asked.watch);
+    return extended(world, asked, std::move(rollout), outside, limit);
+  }
+
+  //! What is rolled out for that; `outside`, which outlives the rollout, says whether it ended there.
+  RolloutQuestion ask(const State& from, int time, const Edge& edge, Watch watch, bool& outside) const {
     watch.first = time;
     watch.check_every = timing_.check;
-    if (captured_) watch.ends = [&](const State& state) { return outside = !(*captured_)(state); };
-    Stretch stretch{world.rollout_unchecked(edge_start_(from), {{edge.wrenches, std::min(edge.steps, end() - time)}},
-                                            limit, watch)};
+    if (captured_) watch.ends = [this, &outside](const State& state) { return outside = !(*captured_)(state); };
+    return {edge_start_(from), {{edge.wrenches, std::min(edge.steps, end() - time)}}, std::move(watch)};
+  }
+
+  //! What came of it.
+  Stretch extended(World& world, const RolloutQuestion& asked, Rollout rolled, bool outside, const Limit& limit) const {
+    const Watch& watch = asked.watch;
+    Stretch stretch{std::move(rolled)};
     Rollout& rollout = stretch.rollout;
-    time += rollout.steps;
+    const int time = watch.first + rollout.steps;
     if (!rollout.complete || !(watch.cost + rollout.effort < watch.bound)) return stretch;
     if (watch.ends && time == end()) watch.ends(rollout.state);
     if (!outside) return stretch;
@@ -209,6 +222,7 @@ class Confirmation {
 
   // Fewer where a rollout would be longer than one may be.
   static int substeps_of(const Problem& problem) {
+    if (problem.scene.stepping().simulator) return 1;  // which has one step
     const auto timing = timing_of(problem);
     if (!timing) return most_substeps;
     const int plan = problem.plan ? static_cast<int>(problem.plan->duration() / problem.scene.stepping().step) : 0;

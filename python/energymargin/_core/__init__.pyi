@@ -718,7 +718,7 @@ class Scene:
     """
     Bodies, joints and springs under gravity [m/s^2], and how the physics is stepped.
     """
-    def __init__(self, gravity: numpy.typing.ArrayLike = (0.0, 0.0, -9.81), step: float = 0.004166666666666667, solver_iterations: int | None = None, solver_tolerance: float | None = None, margin: float | None = None, friction_rule: str = 'product', engine: str = 'native') -> None:
+    def __init__(self, gravity: numpy.typing.ArrayLike = (0.0, 0.0, -9.81), step: float = 0.004166666666666667, solver_iterations: int | None = None, solver_tolerance: float | None = None, margin: float | None = None, friction_rule: str = 'product', engine: str | energymargin.model.engines.Engine = 'native') -> None:
         """
         An empty scene.
         
@@ -846,7 +846,7 @@ class Scene:
         Its inertia grows with its mass; coefficients of pairs stay. Raises ValueError on an unknown body, bad values, the mass of a
         fixed body, and a spring that is too stiff for a lighter one.
         """
-    def with_engine(self, engine: str) -> Scene:
+    def with_engine(self, engine: str | energymargin.model.engines.Engine) -> Scene:
         """
         The same scene, stepped by 'native' or 'bullet', with that one's own solver_iterations and solver_tolerance. Raises ValueError on another word.
         """
@@ -866,7 +866,7 @@ class Scene:
         Pairs of bodies.
         """
     @property
-    def engine(self) -> str:
+    def engine(self) -> typing.Any:
         """
         What steps the scene: 'native' or 'bullet'.
         """
@@ -1487,7 +1487,7 @@ class Problem:
         """
         The problem as JSON text.
         """
-    def with_engine(self, engine: str) -> Problem:
+    def with_engine(self, engine: str | energymargin.model.engines.Engine) -> Problem:
         """
         The same question in a simulation by another engine, 'native' or 'bullet', with its own solver_iterations and solver_tolerance. Raises ValueError on another word.
         """

@@ -1,4 +1,4 @@
-"""MuJoCo: states from its data, and a second opinion: scenes as its models, escapes replayed.
+"""MuJoCo: the engine of a question, states from its data, scenes as its models, escapes replayed.
 
 Needs the extra [mujoco].
 """
@@ -9,10 +9,22 @@ from energymargin.base.errors import needs_extra
 with needs_extra("a model of MuJoCo", "mujoco"):
     import mujoco  # noqa: F401
 
+from energymargin.mujoco.engine import Engine
 from energymargin.mujoco.mjcf import model_of, to_mjcf
+from energymargin.mujoco.questions import problem
 from energymargin.mujoco.replay import Replay, replay
 from energymargin.mujoco.states import set_state, state, targets
 
-__all__ = ["Replay", "model_of", "replay", "set_state", "state", "targets", "to_mjcf"]
+__all__ = [
+    "Engine",
+    "Replay",
+    "model_of",
+    "problem",
+    "replay",
+    "set_state",
+    "state",
+    "targets",
+    "to_mjcf",
+]
 
 check_doors(globals(), __all__)

@@ -32,6 +32,7 @@ HEADERS_ALONE = {
     "parallel": "base",
     "plausible": "scene",
     "policy": "scene",
+    "simulator": "scene",
     "audit": "physics",
     "membership": "sets",
     "signed_distance": "sets",

@@ -16,7 +16,10 @@ FUNCTIONS = {n: f for n, f in signatures.public() if not n.startswith(WITHIN)}
 # Of one problem: the core runs them, on threads alone.
 OF_ONE_PROBLEM = {
     f"em.{name}"
-    for name in ("capture_probability", "capture_score", "escape_effort", "longest_step")
+    for name in (
+        *("capture_probability", "capture_score", "compare_engines", "escape_effort"),
+        "longest_step",
+    )
 }
 # What has no number of parts to count, and what is over in seconds.
 NOT_COUNTED = {"em.effort_lower_bound", "em.escape_energy", "em.scenes.from_mjcf"}

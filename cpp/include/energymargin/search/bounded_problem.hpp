@@ -137,7 +137,9 @@ class BoundedProblem {
  private:
   struct Simulations;  // the worlds and the threads that make the rollouts
 
-  std::optional<Stretch> roll_out(World& world, const EdgeFrom& from, int nodes, double bound) const;
+  std::optional<Stretch> roll_out(World& world, const EdgeFrom& from, const Watch& watch) const;
+  std::vector<std::optional<Stretch>> roll_out_together(const std::vector<EdgeFrom>& edges,
+                                                        const std::vector<Watch>& watches) const;
   int add(const EdgeFrom& from, const std::optional<Stretch>& stretch);
   int add(int from, const Edge& edge, int steps, double effort, const State& state);
   void make_room(Eigen::Index rows);

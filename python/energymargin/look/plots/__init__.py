@@ -16,6 +16,7 @@ from energymargin.look.plots.actions import figure_improvement, plot_ranking
 from energymargin.look.plots.beliefs import figure_belief
 from energymargin.look.plots.curves import plot_precision_recall, plot_roc
 from energymargin.look.plots.datasets import figure_qualitative
+from energymargin.look.plots.engines import figure_engines
 from energymargin.look.plots.grasps import figure_grasp, plot_grasps
 from energymargin.look.plots.limits import (
     plot_critical_curve,
@@ -40,6 +41,7 @@ __all__ = [
     "SUCCEEDED_COLOR",
     "TrajectoryScores",
     "figure_belief",
+    "figure_engines",
     "figure_grasp",
     "figure_improvement",
     "figure_margin_profile",

@@ -1,0 +1,142 @@
+"""One question in several engines: the same draws, and where their ends differ."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energymargin._core import Cancel, CaptureProbability, Problem, World
+from energymargin.base.checks import shown
+from energymargin.base.reprs import Record
+from energymargin.base.table_text import markdown_table
+from energymargin.disturbances import Disturbance
+from energymargin.evaluate.scores import capture_probability
+from energymargin.model.engines import Engine
+
+Numbers = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EngineComparison(Record):
+    """What engines make of one question. Everything is beside the first engine."""
+
+    engines: tuple[str, ...]
+    """Names, E of them."""
+    probabilities: tuple[CaptureProbability, ...]
+    """Of each engine."""
+    exit_times: Numbers
+    """When each draw is lost in each engine [s], shape (E, n); inf: it is not, nan: it diverged."""
+    times: Numbers
+    """Times of the undisturbed futures, shape (T,) [s]."""
+    distances: Numbers
+    """How far the objects are in each engine from where the first one has them in the undisturbed
+    future, the most of them [m], shape (E, T)."""
+
+    def differing(self, engine: int = 1) -> NDArray[np.intp]:
+        """Numbers of the draws that one engine loses and the first does not, or the reverse."""
+        first, other = self.exit_times[0], self.exit_times[engine]
+        known = ~(np.isnan(first) | np.isnan(other))
+        return np.flatnonzero(known & (np.isinf(first) != np.isinf(other)))
+
+    @property
+    def agreement(self) -> Numbers:
+        """Share of the draws that end as in the first engine, shape (E,)."""
+        count = max(1, self.exit_times.shape[1])
+        return np.array([1 - self.differing(i).size / count for i in range(len(self.engines))])
+
+    def __str__(self) -> str:
+        """A table: a row an engine."""
+        rows = []
+        for i, (name, p) in enumerate(zip(self.engines, self.probabilities, strict=True)):
+            low, high = p.interval()
+            lost, both = np.isfinite(self.exit_times), self.exit_times[:, :]
+            alone = int((lost[i] & np.isinf(both[0])).sum())
+            kept = int((lost[0] & np.isinf(both[i])).sum())
+            shared = lost[0] & lost[i]
+            later = float(np.median(both[i, shared] - both[0, shared])) if shared.any() else 0.0
+            far = f"{1000 * self.distances[i, -1]:.3g} mm"
+            rows.append(
+                [name, f"{p.captured:.3g} [{low:.3g}, {high:.3g}]"]
+                + ([str(alone), str(kept), f"{1000 * later:+.3g} ms", far] if i else ["—"] * 4)
+            )
+        header = ["engine", "captured", "lost here alone", "lost there alone", "lost later by"]
+        return markdown_table([*header, "undisturbed, apart"], rows)
+
+
+def compare_engines(
+    problem: Problem,
+    engines: Sequence[str | Engine] = ("native", "bullet"),
+    *,
+    rollouts: int = 100,
+    disturbance: Disturbance | None = None,
+    seed: int = 0,
+    threads: int | None = None,
+    timeout: float | None = None,
+    cancel: Cancel | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> EngineComparison:
+    """Asks for the capture probability in several engines, under the same draws.
+
+    Args:
+        problem: with a horizon or a plan.
+        engines: 'native', 'bullet' or an em.engines.Engine each, two or more. All step as the first
+            em.engines.Engine of them does, or else as the problem.
+        rollouts: draws in each.
+        disturbance: as of `capture_probability`; so are seed, threads, timeout and cancel, each of
+            one engine.
+        progress: progress(done, total) is called with the rollouts so far of all engines.
+
+    Raises ValueError on fewer engines than two, on engines of different steps, on a time that is no
+    whole number of steps, and as `capture_probability` does.
+    """
+    if isinstance(engines, str) or len(engines) < 2:
+        raise ValueError(f"engines is {shown(engines)}, expected at least two")
+    step = next((e.step for e in engines if isinstance(e, Engine)), problem.scene.step)
+    if step != problem.scene.step:
+        problem = problem.with_engine("native").with_step(step)
+    asked = [problem.with_engine(engine) for engine in engines]
+    found = tuple(
+        capture_probability(
+            each,
+            rollouts=rollouts,
+            disturbance=disturbance,
+            seed=seed,
+            threads=threads,
+            timeout=timeout,
+            cancel=cancel,
+            progress=progress and _counted(progress, number, len(asked)),
+        )
+        for number, each in enumerate(asked)
+    )
+    count = min(p.exit_times.size for p in found)
+    names = tuple(e if isinstance(e, str) else e.name for e in engines)
+    paths = [
+        _undisturbed(each, p.times, timeout, cancel) for each, p in zip(asked, found, strict=True)
+    ]
+    apart = np.linalg.norm(np.array(paths) - paths[0], axis=-1).max(axis=-1)
+    exits = np.array([p.exit_times[:count] for p in found])
+    return EngineComparison(names, found, exits, found[0].times, apart)
+
+
+def _counted(
+    progress: Callable[[int, int], None], number: int, engines: int
+) -> Callable[[int, int], None]:
+    """The progress of one engine, as that of all."""
+    return lambda done, total: progress(number * total + done, engines * total)
+
+
+def _undisturbed(
+    problem: Problem, times: Numbers, timeout: float | None, cancel: Cancel | None
+) -> Numbers:
+    """Positions of the objects without a disturbance, shape (T, k, 3)."""
+    scene, record = problem.scene, np.rint(times / problem.scene.step).astype(int).tolist()
+    world: Any = World(scene, problem.plan) if problem.plan else World(scene)
+    run = world.simulate(problem.state, record[-1], record=record, timeout=timeout, cancel=cancel)
+    objects = [body.name for body in scene.bodies if body.role == "object"]
+    return np.array(
+        [[scene.unpack(state)[name]["position"] for name in objects] for state in run.states]
+    )

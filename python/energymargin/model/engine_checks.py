@@ -1,0 +1,151 @@
+"""Whether an engine keeps its promises."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from energymargin._core import Problem
+from energymargin.model.engines import Batch, Engine, Numbers
+
+ROWS, EVERY, CHECKS = 5, 3, 4  # of the batch that is played
+SLACK = 1e-6  # of works, as shares of the largest
+Played = tuple[Numbers, Numbers, Numbers]
+
+
+def check(engine: Engine, problem: Problem, *, seed: int = 0) -> None:
+    """Tests an engine against what em.engines.Engine promises, in rollouts from a problem's state.
+
+    Shapes are right; a rollout that is saved and goes on ends as one without a break; a row is the
+    same in another order, alone, and when it is asked for again; without a push nothing works, and
+    the work of a push is that of its wrench at a velocity between those before and after its step.
+    All but shapes and works is compared bit by bit, and not asked of an engine that is not
+    `deterministic`.
+
+    Raises ValueError that says which promise is broken, and by how much.
+    """
+    tested = problem.with_engine(engine)
+    batch = _batch(engine, tested, seed)
+    whole = _play(engine, batch)
+    for what, part in zip(("states", "memory", "work"), whole, strict=True):
+        if not np.isfinite(part).all():
+            raise ValueError(f"{engine!r}: {what} are not finite, expected a rollout that goes on")
+    _check_work(engine, tested, batch)
+    if engine.deterministic:
+        _check_bits(engine, batch, whole)
+
+
+def _batch(engine: Engine, problem: Problem, seed: int) -> Batch:
+    """Rollouts from the state under pushes within the problem's bounds."""
+    objects = sum(body.role == "object" for body in problem.scene.bodies)
+    random, steps = np.random.default_rng(seed), EVERY * CHECKS
+    bounds = np.concatenate([problem.force, problem.torque])
+    wrenches = bounds * random.uniform(-1, 1, (ROWS, 1, objects, 6))
+    states = np.tile(problem.state, (ROWS, 1))
+    commands = {name: np.full((ROWS, steps), value) for name, value in engine.commands.items()}
+    pushes = np.repeat(wrenches, steps, axis=1)
+    return Batch(states, engine._start(states), pushes, commands, steps, EVERY)
+
+
+def _play(engine: Engine, batch: Batch) -> Played:
+    """An answer to a batch; the batch stays as it is."""
+    n, d = batch.states.shape
+    commands = np.empty((n, batch.steps, len(batch.commands)))
+    for i, values in enumerate(batch.commands.values()):
+        commands[:, :, i] = values
+    states, memory, work = engine._play(
+        states=batch.states.copy(),
+        memory=batch.memory.copy(),
+        pushes=batch.pushes.reshape(n * batch.steps, -1).copy(),
+        commands=commands.reshape(n * batch.steps, -1),
+        commanded=list(batch.commands),
+        steps=batch.steps,
+        every=batch.every,
+    )
+    return states.reshape(n, -1, d), memory, work.reshape(n, batch.steps, -1)
+
+
+def _rows(batch: Batch, rows: list[int]) -> Batch:
+    return replace(
+        batch,
+        states=batch.states[rows],
+        memory=batch.memory[rows],
+        pushes=batch.pushes[rows],
+        commands={name: values[rows] for name, values in batch.commands.items()},
+    )
+
+
+def _steps(batch: Batch, first: int, last: int) -> Batch:
+    return replace(
+        batch,
+        pushes=batch.pushes[:, first:last],
+        commands={name: values[:, first:last] for name, values in batch.commands.items()},
+        steps=last - first,
+    )
+
+
+def _check_bits(engine: Engine, batch: Batch, whole: Played) -> None:
+    _require_same(engine, "the same batch, asked again,", _play(engine, batch), whole)
+    order = list(range(ROWS))[::-1]
+    turned = _play(engine, _rows(batch, order))
+    _require_same(engine, "the batch in another order", turned, [part[order] for part in whole])
+    for row in range(ROWS):
+        alone = _play(engine, _rows(batch, [row]))
+        _require_same(engine, f"row {row} alone", alone, [part[[row]] for part in whole])
+    first = _play(engine, _steps(batch, 0, EVERY))
+    rest = _steps(batch, EVERY, batch.steps)
+    rest = replace(rest, states=first[0][:, -1].copy(), memory=first[1])
+    then = _play(engine, rest)
+    both = [np.concatenate([first[0], then[0]], 1), then[1], np.concatenate([first[2], then[2]], 1)]
+    _require_same(engine, "a rollout that is saved and goes on", both, whole)
+
+
+def _require_same(
+    engine: Engine, what: str, found: Played | list[Numbers], wanted: Played | list[Numbers]
+) -> None:
+    for name, one, other in zip(("states", "memory", "work"), found, wanted, strict=True):
+        if not np.array_equal(one, other):
+            off = float(np.nanmax(np.abs(one - other)))
+            raise ValueError(
+                f"{engine!r}: {what} has other {name}, off by {off:.3g}, expected the same bits: "
+                "what a rollout goes on from has to be in its state and memory, or the engine says "
+                "deterministic = False"
+            )
+
+
+def _check_work(engine: Engine, problem: Problem, batch: Batch) -> None:
+    """Bounds of the work of each step: its push at the velocities before and after it."""
+    still = _play(engine, replace(batch, pushes=np.zeros_like(batch.pushes)))[2]
+    if still.any():
+        raise ValueError(
+            f"{engine!r}: work is {float(np.abs(still).max()):.3g} J without a push, expected 0"
+        )
+    states, _, work = _play(engine, replace(batch, every=1))
+    path = np.concatenate([batch.states[:, None], states], axis=1)
+    objects = [body for body in problem.scene.bodies if body.role == "object"]
+    for k, body in enumerate(objects):
+        twists = np.array([[_twist(problem, state, body.name) for state in row] for row in path])
+        powers = [(batch.pushes[:, :, k] * of).sum(-1) for of in (twists[:, :-1], twists[:, 1:])]
+        ends = problem.scene.step * np.sort(powers, axis=0)
+        slack = SLACK * np.abs(ends).max() + 1e-12
+        low, high = ends[0] - slack, ends[1] + slack
+        outside = (work[:, :, k] < low) | (work[:, :, k] > high)
+        if outside.any():
+            row, step = (int(i) for i in np.argwhere(outside)[0])
+            raise ValueError(
+                f"{engine!r}: the push on {body.name!r} in step {step} of row {row} works "
+                f"{work[row, step, k]:.6g} J, expected {ends[0, row, step]:.6g} to "
+                f"{ends[1, row, step]:.6g}, from f . v + tau . omega before and after the step"
+            )
+
+
+def _twist(problem: Problem, state: Numbers, name: str) -> Numbers:
+    """Velocity and angular velocity of a body at its centre of mass, shape (6,)."""
+    now, scene = problem.scene.unpack(state)[name], problem.scene
+    body = next(body for body in scene.bodies if body.name == name)
+    center = np.zeros(3) if body.inertial is None else np.array(body.inertial.center)
+    x, y, z, w = now["orientation"]
+    axis, spin = np.array([x, y, z]), np.array(now["angular_velocity"])
+    arm = center + 2 * np.cross(axis, np.cross(axis, center) + w * center)
+    return np.concatenate([now["velocity"] + np.cross(spin, arm), spin])

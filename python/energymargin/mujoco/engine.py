@@ -1,0 +1,220 @@
+"""MuJoCo itself as the engine of a scene: the model of the user, whatever is in it."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import mujoco
+import numpy as np
+from mujoco import rollout as mujoco_rollout
+from numpy.typing import NDArray
+
+import energymargin as em
+from energymargin.base.checks import check_type, core_count
+from energymargin.mujoco.reading import Columns, Reader
+from energymargin.mujoco.scene_of import scene_of
+from energymargin.mujoco.states import States
+
+Numbers = NDArray[np.float64]
+
+INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION.value
+USER = mujoco.mjtState.mjSTATE_USER.value
+
+
+class Engine(em.engines.Engine):
+    """A MuJoCo model that MuJoCo steps, as it is configured.
+
+    Its memory is MuJoCo's whole state (mjSTATE_INTEGRATION), pushes are forces of `xfrc_applied` at
+    the centres of mass, and the commands of a plan or a policy are the model's controls by their
+    actuators' names. Controls that nobody commands stay those of the data. Rollouts run on threads
+    of their own, without Python's lock.
+
+    Args:
+        model: a `mujoco.MjModel`.
+        data: a `mujoco.MjData` where all starts, with its controls; None: a fresh one.
+        objects: bodies on which pushes act, by name.
+        effector: bodies of the robot, by name.
+        scene: that of the problem, with bodies and joints of the model's names; None: `scene_of`
+            the model.
+        threads: that step it; None: all cores.
+        name: what errors call it.
+
+    Raises ValueError on names that the model does not have, and on a scene with such.
+    """
+
+    concurrent = True
+
+    def __init__(
+        self,
+        model: Any,
+        data: Any = None,
+        *,
+        objects: Sequence[str] | str = (),
+        effector: Sequence[str] | str = (),
+        scene: em.Scene | None = None,
+        threads: int | None = None,
+        name: str = "mujoco",
+    ) -> None:
+        """See the class."""
+        check_type("model", model, mujoco.MjModel, "a mujoco.MjModel")
+        self.model = model
+        """The `mujoco.MjModel`."""
+        self.data = mujoco.MjData(self.model)
+        """A `mujoco.MjData` where all starts."""
+        if data is not None:
+            mujoco.mj_copyData(self.data, self.model, data)
+        else:
+            mujoco.mj_forward(self.model, self.data)
+        self.name, self.step = name, float(self.model.opt.timestep)
+        self.threads = core_count("threads", threads)
+        """Threads that step it."""
+        self.scene: em.Scene = (
+            scene_of(self.model, self.data, objects=_names(objects), effector=_names(effector))
+            if scene is None
+            else scene.with_engine("native")
+        )
+        """The scene that sets, pictures and searches know, without an engine."""
+        self._has_own_scene = scene is not None
+        self._columns = Columns(self.model)
+        self.memory = self._columns.size
+        addresses = getattr(model, "actuator_ctrladr", range(model.nu))  # as of MuJoCo 4
+        self._actuators = {
+            model.actuator(i).name or f"actuator{i}": int(addresses[i]) for i in range(model.nu)
+        }
+        self.commands = {name: float(self.data.ctrl[at]) for name, at in self._actuators.items()}
+        self._states = States(self.scene, self.model, others=self.scene.pack())
+        self._reader = Reader(self.scene, self.model, self._states, self._columns)
+        self._home = np.empty(self.memory)
+        mujoco.mj_getState(self.model, self.data, self._home, INTEGRATION)
+        self.state = self._reader.states(self._home[None])[0]
+        """State of the scene at the start, shape (n,)."""
+        self._idle = list[tuple[Any, mujoco_rollout.Rollout]]()
+        self._pool: ThreadPoolExecutor | None = None
+
+    def digest(self) -> str:
+        """Of the model's bytes, the start, the version of MuJoCo and the roles of the bodies."""
+        model = np.empty(mujoco.mj_sizeModel(self.model), np.uint8)
+        mujoco.mj_saveModel(self.model, None, model)
+        found = hashlib.sha256(model.tobytes())
+        found.update(self._home.tobytes())
+        found.update(mujoco.__version__.encode())
+        return found.hexdigest()
+
+    def start(self, states: Numbers) -> Numbers:
+        """MuJoCo's states where the scene is at some: what the scene lacks is as in the data."""
+        memory = np.tile(self._home, (len(states), 1))
+        for row, state in zip(memory, states, strict=True):
+            if not np.array_equal(state, self.state):
+                own = mujoco.MjData(self.model)
+                mujoco.mj_copyData(own, self.model, self.data)
+                self._states.write(own, state)
+                mujoco.mj_getState(self.model, own, row, INTEGRATION)
+        return memory
+
+    def play(self, batch: em.engines.Batch) -> tuple[Numbers, Numbers, Numbers]:
+        """As the base class says; on several threads if there are several rows."""
+        count, steps = len(batch.states), batch.steps
+        control = self._control(batch)
+        paths = np.empty((count, steps, self._columns.physics.size))
+        memory = batch.memory.copy()
+        rows = itertools.count()
+
+        def work() -> None:
+            for row in iter(lambda: next(rows), None):
+                if row >= count:
+                    return
+                self._roll(batch.memory[row], control[row], paths[row], memory[row])
+
+        threads = min(self.threads, count)
+        if threads > 1:
+            if self._pool is None:
+                self._pool = ThreadPoolExecutor(self.threads, "mujoco")
+            for done in [self._pool.submit(work) for _ in range(threads)]:
+                done.result()
+        else:
+            work()
+        own = np.repeat(memory[:, None], steps // batch.every, axis=1)
+        own[..., self._columns.physics] = paths[:, batch.every - 1 :: batch.every]
+        states = self._reader.states(own.reshape(-1, self.memory))
+        states = states.reshape(count, -1, batch.states.shape[1])
+        states[~np.isfinite(memory).all(axis=1)] = np.nan
+        return states, memory, self._work(batch, paths)
+
+    def _control(self, batch: em.engines.Batch) -> Numbers:
+        """What the user of MuJoCo sets in each step, shape (n, steps, u)."""
+        columns = self._columns
+        control = np.repeat(batch.memory[:, None, columns.user], batch.steps, axis=1)
+        for name, values in batch.commands.items():
+            control[:, :, columns.control + self._actuators[name]] = values
+        for number, body in enumerate(self._reader.objects):
+            at = columns.applied + 6 * body
+            control[:, :, at : at + 6] += batch.pushes[:, :, number]
+        return control
+
+    def _roll(self, start: Numbers, control: Numbers, path: Numbers, end: Numbers) -> None:
+        """One rollout: its physics in each step, and the memory after the last one."""
+        columns, steps = self._columns, len(path)
+        try:
+            data, rollout = self._idle.pop()
+        except IndexError:
+            data, rollout = mujoco.MjData(self.model), mujoco_rollout.Rollout(nthread=0)
+        rollout.rollout(
+            [self.model],
+            [data],
+            start[None, columns.physics],
+            control[None],
+            control_spec=USER,
+            skip_checks=True,
+            nstep=steps,
+            initial_warmstart=start[None, columns.warmstart],
+            state=path[None],
+            sensordata=np.empty((1, steps, self.model.nsensordata)),
+        )
+        end[columns.physics] = path[-1]
+        end[columns.warmstart] = data.qacc_warmstart
+        self._idle.append((data, rollout))
+        first = columns.control  # controls stay until they are set anew, pushes do not
+        end[columns.controls] = control[-1, first : first + columns.controls.size]
+        if abs(path[-1, 0] - start[0] - steps * self.step) > self.step / 2:
+            end[:] = path[:] = np.nan
+
+    def _work(self, batch: em.engines.Batch, paths: Numbers) -> Numbers:
+        """Of each push in each step, at the mean of the velocities before and after."""
+        work = np.zeros((*batch.pushes.shape[:2], batch.pushes.shape[2]))
+        pushed = np.flatnonzero(batch.pushes.any(axis=(1, 2, 3)))
+        if not pushed.size:
+            return work
+        before = batch.memory[pushed][:, None, self._columns.physics]
+        twists = self._reader.twists(np.concatenate([before, paths[pushed]], axis=1))
+        mean = (twists[:, :-1] + twists[:, 1:]) / 2
+        work[pushed] = self.step * (batch.pushes[pushed] * mean).sum(axis=-1)
+        return work
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """With the model and the start; ValueError with a scene of another making."""
+        if self._has_own_scene:
+            raise ValueError(
+                f"the engine {self.name!r} was made with scene=..., expected none where it is "
+                "pickled, as for another process: it then makes the scene of the model again"
+            )
+        options = {"threads": self.threads, "name": self.name}
+        roles = {
+            role: [b.name for b in self.scene.bodies if b.role == role]
+            for role in ("object", "effector")
+        }
+        return _unpickled, (self.model, self._home, roles, options)
+
+
+def _unpickled(model: Any, home: Numbers, roles: dict[str, list[str]], options: Any) -> Engine:
+    data = mujoco.MjData(model)
+    mujoco.mj_setState(model, data, home, INTEGRATION)
+    mujoco.mj_forward(model, data)
+    return Engine(model, data, objects=roles["object"], effector=roles["effector"], **options)
+
+
+def _names(given: Sequence[str] | str) -> tuple[str, ...]:
+    return (given,) if isinstance(given, str) else tuple(given)

@@ -1,0 +1,59 @@
+"""The scene of a MuJoCo model that MuJoCo steps."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+import energymargin as em
+
+SMALLEST = 1e-3  # m, half an edge of a body without geoms
+
+
+def scene_of(
+    model: Any, data: Any, *, objects: Sequence[str], effector: Sequence[str] = ()
+) -> em.Scene:
+    """That of from_mjcf, in MuJoCo's step; of a model that it refuses, the named bodies alone, each
+    a box about its geoms.
+
+    Raises ValueError on names that the model does not have.
+    """
+    step = float(model.opt.timestep)
+    try:
+        scene = em.Scene(gravity=model.opt.gravity, step=step, friction_rule="max")
+        em.scenes.from_mjcf(model, scene, object=objects, effector=effector, data=data)
+    except ValueError:
+        scene = em.Scene(gravity=model.opt.gravity, step=step, friction_rule="max")
+        for role, names in (("object", objects), ("effector", effector)):
+            for name in names:
+                _add_box(scene, model, data, name, role)
+    return scene
+
+
+def _add_box(scene: em.Scene, model: Any, data: Any, name: str, role: str) -> None:
+    known = [model.body(i).name for i in range(model.nbody)]
+    if name not in known:
+        raise ValueError(f"{role} is {name!r}, expected one of {', '.join(known[1:])}")
+    number = known.index(name)
+    first = int(model.body_geomadr[number])
+    geoms = range(first, first + int(model.body_geomnum[number]))
+    reach = max(
+        (float(np.abs(model.geom_pos[g]).max() + model.geom_rbound[g]) for g in geoms), default=0.0
+    )
+    mass = float(model.body_mass[number])
+    inertial = em.Inertial(
+        center=model.body_ipos[number],
+        inertia=model.body_inertia[number],
+        axes=np.roll(model.body_iquat[number], -1),
+    )
+    scene.add_body(
+        name,
+        em.Box([2 * max(reach, SMALLEST)] * 3),
+        mass=mass,
+        inertial=inertial,
+        position=data.xpos[number],
+        orientation=np.roll(data.xquat[number], -1),
+        role=role,
+    )

@@ -1,0 +1,261 @@
+import pickle
+from functools import cached_property
+
+import known_losses
+import numpy as np
+import pytest
+
+import energymargin as em
+
+mujoco = pytest.importorskip("mujoco")
+
+CUP = """
+<mujoco>
+  <option timestep="0.002"/>
+  <worldbody>
+    <geom name="table" type="plane" size="1 1 0.1" friction="0.4 0.005 0.0001"/>
+    <body name="cup" pos="0 0 0.0499">
+      <freejoint/>
+      <geom type="cylinder" size="0.03 0.05" mass="0.3" pos="0 0 0.01"/>
+    </body>
+    <body name="pusher" pos="-0.08 0 0.05">
+      <joint name="way" type="slide" axis="1 0 0" damping="5"/>
+      <geom type="box" size="0.02 0.04 0.04" mass="0.5"/>
+    </body>
+  </worldbody>
+  <actuator><position name="way" joint="way" kp="200"/></actuator>
+</mujoco>
+"""
+WELL = """
+<mujoco>
+  <option timestep="{step}" gravity="0 0 0"/>
+  <worldbody>
+    <body name="block">
+      <joint name="way" type="slide" axis="1 0 0" stiffness="{stiffness}" damping="{damping}"/>
+      <geom type="sphere" size="0.05" mass="1"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+SOFT = """
+<mujoco>
+  <option timestep="0.002"/>
+  <worldbody>
+    <geom type="plane" size="1 1 0.1"/>
+    <body name="ball" pos="0 0 0.3"><freejoint/><geom type="sphere" size="0.03" mass="0.1"/></body>
+    <flexcomp name="cloth" type="grid" dim="2" count="5 5 1" spacing="0.05 0.05 0.05" mass="0.1"
+              radius="0.005" pos="0 0 0.2"><edge equality="true"/><pin id="0 4 20 24"/></flexcomp>
+  </worldbody>
+</mujoco>
+"""
+
+
+def model_of(xml):
+    return mujoco.MjModel.from_xml_string(xml)
+
+
+def cup(**question):
+    inside = em.regions.Ball("cup", center=(0, 0, 0.05), radius=0.02)
+    defaults = {"force": (3, 3, 0), "duration": 0.2, "horizon": 0.5, "check": 0.02}
+    return em.mujoco.problem(
+        model_of(CUP), objects="cup", effector="pusher", captured=inside, **{**defaults, **question}
+    )
+
+
+def test_engine_keeps_the_contract():
+    problem = cup(torque=(0.05, 0.05, 0.05))
+    em.engines.check(problem.scene.engine, problem)
+
+
+def test_rollouts_are_those_of_a_plain_loop_to_the_last_digit():
+    problem = cup()
+    model = problem.scene.engine.model
+    wrench = np.array([1.0, -0.5, 0.2, 0.01, 0.0, 0.02])
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    for _ in range(150):
+        data.xfrc_applied[1] = wrench
+        mujoco.mj_step(model, data)
+    rollout = em.World(problem.scene).rollout(problem.state, wrench, 0.3)
+    np.testing.assert_array_equal(rollout.state[:3], data.qpos[:3])
+    np.testing.assert_array_equal(rollout.state[7:10], data.qvel[:3])
+    at = problem.scene.joint_slice("way")
+    np.testing.assert_array_equal(rollout.state[at], [data.qpos[7], data.qvel[6]])
+
+
+def test_losses_are_those_of_a_plain_loop_whatever_the_threads():
+    problem = cup()
+    draws = np.random.default_rng(0).uniform(-2, 2, (12, 250, 2)).round(1)
+    draws = np.repeat(draws[:, ::50], 50, axis=1)
+
+    def push(random, times):
+        wrench = np.zeros((250, 6))
+        wrench[:, :2] = draws[int(random.integers(12))]
+        return wrench
+
+    model, exits = problem.scene.engine.model, []
+    chosen = []
+
+    def remembered(random, times):
+        wrench = push(random, times)
+        chosen.append(wrench)
+        return wrench
+
+    p = em.capture_probability(problem, disturbance=remembered, rollouts=20, seed=5)
+    for wrench in chosen[:20]:
+        data = mujoco.MjData(model)
+        exit_time = np.inf
+        for step in range(250):
+            data.xfrc_applied[1] = wrench[step]
+            mujoco.mj_step(model, data)
+            outside = np.linalg.norm(data.qpos[:3] - [0, 0, 0.05]) > 0.02
+            if (step + 1) % 10 == 0 and outside:
+                exit_time = (step + 1) * 0.002
+                break
+        exits.append(exit_time)
+    np.testing.assert_allclose(p.exit_times, exits)
+    assert 0 < np.isfinite(exits).sum() < 20
+
+
+def test_effort_is_the_work_of_a_plain_loop():
+    problem = cup()
+    model, data = problem.scene.engine.model, None
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    effort, work = 0.0, 0.0
+    for _ in range(100):
+        before = _speed(model, data)
+        data.xfrc_applied[1] = [2, 0, 0, 0, 0.02, 0]
+        mujoco.mj_step(model, data)
+        power = np.array([2, 0, 0, 0, 0.02, 0]) @ (before + _speed(model, data)) / 2
+        effort, work = effort + abs(power) * 0.002, work + power * 0.002
+    rollout = em.World(problem.scene).rollout(problem.state, [2, 0, 0, 0, 0.02, 0], 0.2)
+    assert rollout.effort == pytest.approx(effort, rel=1e-9)
+    assert rollout.work == pytest.approx(work, rel=1e-9)
+
+
+def _speed(model, data):
+    copy = mujoco.MjData(model)
+    mujoco.mj_copyData(copy, model, data)
+    mujoco.mj_forward(model, copy)
+    twist = np.empty(6)
+    mujoco.mj_objectVelocity(model, copy, mujoco.mjtObj.mjOBJ_BODY, 1, twist, 0)
+    return np.roll(twist, 3)
+
+
+def test_plan_and_policy_set_the_controls():
+    plan = em.Plan(step=0.25, targets={"way": [0.0, 0.06]})
+    problem = cup(plan=plan, force=(1e-6, 0, 0), horizon=0.5)
+    model = problem.scene.engine.model
+    data = mujoco.MjData(model)
+    for step in range(250):
+        data.ctrl[0] = 0.0 if step < 125 else 0.06
+        mujoco.mj_step(model, data)
+    run = em.World(problem.scene, plan).simulate(problem.state, 250, record=[250])
+    np.testing.assert_array_equal(run.states[0][:3], data.qpos[:3])
+
+    def act(seen, memory, time):
+        return np.full((len(seen), 1), 0.0 if time < 0.245 else 0.06)
+
+    policy = em.Policy(act, period=0.05, command=["way"])
+    run = em.World(problem.scene, policy).simulate(problem.state, 250, record=[250])
+    np.testing.assert_array_equal(run.states[0][:3], data.qpos[:3])
+    p = em.capture_probability(problem.replace(plan=policy), rollouts=40)
+    assert p.captured == 0.0
+
+
+def test_effort_and_score_are_found_in_mujoco():
+    found = em.escape_effort(cup(), nodes=300, threads=2)
+    # Friction 0.4 of 0.3 kg over 2 cm takes 24 mJ, and more until it is out at a check.
+    assert 0.02 < found.effort < 0.06
+
+
+class MujocoWell(known_losses.Well):
+    """The block on a spring, in MuJoCo's own step."""
+
+    @cached_property
+    def problem(self):
+        numbers = {"step": known_losses.STEP, "stiffness": known_losses.STIFFNESS}
+        return em.mujoco.problem(
+            model_of(WELL.format(damping=self.damping, **numbers)),
+            objects="block",
+            captured=em.regions.HalfSpace("block", normal=(1, 0, 0), offset=known_losses.WAY),
+            force=(1, 0, 0),
+            horizon=known_losses.HORIZON,
+            check=known_losses.STEP,
+        )
+
+    def step(self, x, v, force):
+        scene = self.problem.scene
+        state = scene.pack(joints={"way": {"position": x, "velocity": v}})
+        wrench = (force, 0, 0, 0, 0, 0)
+        return tuple(em.World(scene).rollout(state, wrench, known_losses.STEP).state)
+
+
+def test_rare_loss_takes_a_twentieth_of_the_steps_of_counting():
+    well = MujocoWell(known_losses.STRONG, 0.03)
+    rare = em.capture_probability(
+        well.problem, disturbance=well.disturbance, rare=True, rollouts=1000, seed=2
+    )
+    loss = well.loss()
+    assert 2e-5 < loss < 1e-4
+    low, high = rare.interval(0.95, "lost")
+    assert low < loss < high
+    width = (high - low) / loss
+    counting = 16 / loss / width**2 * 120  # steps of as many rollouts as make it as narrow
+    assert rare.steps < counting / 20
+
+
+def test_model_that_no_scene_expresses_is_simulated():
+    problem = em.mujoco.problem(
+        model_of(SOFT),
+        objects="ball",
+        captured=em.regions.HalfSpace("ball", normal=(0, 0, -1), offset=-0.1),
+        force=(0.2, 0.2, 0),
+        horizon=0.5,
+        check=0.02,
+    )
+    assert [body.name for body in problem.scene.bodies] == ["ball"]
+    em.engines.check(problem.scene.engine, problem)
+    assert 0.0 <= em.capture_probability(problem, rollouts=20).captured <= 1.0
+
+
+def test_engine_goes_to_another_process():
+    problem = cup()
+    again = pickle.loads(pickle.dumps(problem))
+    assert again.scene.engine.digest() == problem.scene.engine.digest()
+    one, other = (em.capture_probability(p, rollouts=10) for p in (problem, again))
+    np.testing.assert_array_equal(one.exit_times, other.exit_times)
+
+
+def test_simulation_that_diverges_is_counted():
+    problem = cup(force=(1e9, 1e9, 0))
+    with pytest.raises(RuntimeError, match="10 of 10 rollouts diverged"):
+        em.capture_probability(problem, rollouts=10)
+
+
+def test_engines_are_compared_on_the_same_draws():
+    scene = em.Scene(step=0.002)
+    scene.add_body("table", em.Box((2, 2, 0.1)), mass=0.0, position=(0, 0, -0.05))
+    scene.add_body("box", em.Box((0.1, 0.1, 0.1)), mass=0.5, position=(0, 0, 0.05), role="object")
+    inside = em.regions.Ball("box", center=(0, 0, 0.05), radius=0.03)
+    problem = em.Problem(
+        scene,
+        scene.pack(),
+        captured=inside,
+        force=(6, 6, 0),
+        torque=(0, 0, 0),
+        duration=0.2,
+        horizon=0.6,
+        check=0.02,
+    )
+    engine = em.mujoco.Engine(em.mujoco.model_of(scene), scene=scene)
+    comparison = em.compare_engines(problem, ["native", "bullet", engine], rollouts=60)
+    assert comparison.exit_times.shape == (3, 60)
+    assert (comparison.agreement > 0.8).all()
+    assert comparison.distances.max() < 1e-3
+    assert "mujoco" in str(comparison)
+    pytest.importorskip("matplotlib")
+    above, below = em.plots.figure_engines(comparison).axes
+    assert len(below.lines) == 3
+    assert above.get_ylim()[1] > 1
