@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["MOST_ROWS", "Picture", "Summarized", "Summary", "attach", "html_or_text", "summary"]
 
 MOST_ROWS = 12  # of a long table in a notebook
+LONG_CELL, MOST_BROKEN = 16, 8  # characters: a cell of a terminal's table that is broken, to what
 CELL = "text-align:left;padding:0.1em 1em 0.1em 0;white-space:pre-wrap"
 SIZE = (4.5, 3.2)  # inch, of a picture
 RESOLUTION = 80  # dots an inch
@@ -114,9 +115,16 @@ class Summary:
         headed = bool(self.head)
         below = int(headed and any("\n" in str(cell) for row in self.rows for cell in row))  # lines
         table = Table(box=None, padding=(0, 1, below, 0), pad_edge=False, show_header=headed)
-        table.add_column(*self.head[:1], overflow="fold")
-        for column in self.head[1:] or [""]:
-            table.add_column(column, justify="center" if headed else "left", no_wrap=headed)
+        for k, column in enumerate(self.head or ("", "")):
+            lines = (str(row[k]).splitlines() for row in self.rows if k < len(row))
+            longest = max((len(line) for cell in lines for line in cell), default=0)
+            table.add_column(
+                column,
+                justify="center" if headed and k else "left",
+                no_wrap=headed and longest < LONG_CELL,  # numbers and intervals stay whole
+                min_width=MOST_BROKEN if headed and longest >= LONG_CELL else None,
+                overflow="fold",
+            )
         for label, *cells in self.rows:
             table.add_row(str(label), *(_first_line_bold(str(cell)) for cell in cells))
         parts += [Text(self.title, "bold cyan"), Text(), table] if self.title else [table]

@@ -2,7 +2,9 @@
 
 import numpy as np
 import pytest
+from rich.console import Console
 
+from energymargin.base.summary import Summary
 from energymargin.base.table_text import csv_text, markdown_table, short
 
 
@@ -38,3 +40,20 @@ def test_csv_has_all_digits_and_quotes_what_needs_it():
 )
 def test_a_share_is_short(value, decimals, text):
     assert short(value, decimals) == text
+
+
+def test_a_wide_table_of_80_columns_breaks_long_texts_and_keeps_ranks_and_numbers(capsys):
+    head = ("rank", "grasp", "holds", "95 % interval", "for", "lost", "colliding", "effort [J]")
+    numbers = ("1.00", "0.40 to 1.00", "1.5 s")
+    rows = [
+        (rank, f"a grasp of the mug at its handle, {rank}", *numbers, "3 slipped, 2 not gripped")
+        + ("3", "0.0123")
+        for rank in (1, 2, 12)
+    ]
+    Console(width=80).print(Summary("grasps", rows, head))
+    lines = capsys.readouterr().out.splitlines()
+    (names,) = (line for line in lines if line.startswith("rank"))
+    assert names.split() == " ".join(head).split()
+    kept = [line for line in lines if line[:1].isdigit()]
+    assert [line.split()[0] for line in kept] == ["1", "2", "12"]
+    assert all(cell in line for line in kept for cell in (*numbers, "0.0123"))

@@ -189,3 +189,11 @@ def run(text):
         if line.startswith("energymargin") and not line.startswith(SERVES):
             done = invoke(shlex.split(line, comments=True)[1:])
             assert done.exit_code == 0, done.output
+
+
+def test_a_way_that_the_pages_name_is_there():
+    """What a newcomer looks for, and what is asked for in its place."""
+    assert "suction" in (DOCS / "limits.md").read_text() and hasattr(em.Scene, "add_loop")
+    consumer = (ROOT / "tests/cpp/consumer/run.cmake").read_text()
+    for page in ((DOCS / "install.md").read_text(), consumer):
+        assert "-DCMAKE_PREFIX_PATH=" in page

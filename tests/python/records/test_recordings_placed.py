@@ -270,7 +270,7 @@ def test_a_task_without_what_recordings_need_is_refused(recordings):
         dataset("push", recordings[:1], labels)
     made = dataset("push", recordings[:1], labels, params={"friction": 0.3}, most_overlap=OVERLAP)
     assert made.trajectories[0].params == {"friction": 0.3}
-    with pytest.raises(ValueError, match="body is 'object', expected one of 'table', 'disc_0'"):
+    with pytest.raises(ValueError, match="no 'object': object=NAME .* one of table, disc_0"):
         dataset("push-multi", recordings[:1], labels, params={"friction": 0.3})
 
 
@@ -312,3 +312,20 @@ def test_small_hulls_in_one_another_have_no_contact_deeper_than_they_overlap():
         ]
         assert overlap > 1e-4 and overlap == pytest.approx(max(depths), rel=0.1)
     assert placed(recording, scene).moved.max() < 0.003
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({}, "has the body 'object', and the scene has no 'object': object=NAME says"),
+        ({"object": "mog"}, "has no 'mog': object=NAME says how it is called there, one of mug"),
+        ({"object": "mug"}, "has the body 'effector', .* effector=NAME says .* one of mug"),
+    ],
+)
+def test_a_body_that_the_scene_calls_otherwise_is_named_with_its_argument(
+    recordings, given, message
+):
+    scene = em.Scene()
+    scene.add_body("mug", em.Box((0.1, 0.1, 0.1)), mass=0.2, role="object")
+    with pytest.raises(ValueError, match=message):
+        placed(recordings[0], scene, **given)

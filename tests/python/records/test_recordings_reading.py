@@ -10,7 +10,14 @@ from anything import damaged, finite
 from hypothesis import given, strategies as st
 from recorded import CELLS, HEADER, POSES, noisy, one_folder, poses_of, push, rows_of, write
 
-from energymargin.recordings import Columns, Recording, read_bag, read_csv
+from energymargin.recordings import (
+    Columns,
+    Recording,
+    bag_topics,
+    read_bag,
+    read_csv,
+    read_lerobot,
+)
 
 
 @pytest.fixture
@@ -419,3 +426,26 @@ def test_a_missing_extra_is_named_with_the_command_that_installs_it(path, monkey
     monkeypatch.setitem(sys.modules, "rosbags.highlevel", None)
     with pytest.raises(ImportError, match=r"pip install 'energymargin\[ros\]'"):
         read_bag(path, object="/box", effector="/tool")
+
+
+@pytest.mark.parametrize(
+    ("name", "what"),
+    [
+        ("a.npz", "arrays of numpy"),
+        ("demo.hdf5", "HDF5, as of robomimic"),
+        ("a-train.tfrecord-00000-of-00010", "TFRecord, as of RLDS"),
+        ("1.0.0/features.json", "TFRecord, as of RLDS"),
+        ("replay.zarr/.zgroup", "zarr"),
+        ("replay/zarr.json", "zarr"),
+        ("a.parquet", "Parquet"),
+        ("a.pkl", "a pickle, which can run code"),
+    ],
+)
+def test_a_format_that_is_not_read_is_named_with_the_way_out(name, what, tmp_path):
+    file = tmp_path / name
+    file.parent.mkdir(exist_ok=True)
+    file.write_bytes(b"{}")
+    given = file if file.parent == tmp_path else file.parent
+    for read in (read_csv, read_lerobot, bag_topics):
+        with pytest.raises(ValueError, match=f"is {what}, which is not read: em.recordings.from_t"):
+            read(given)

@@ -23,6 +23,7 @@ from energymargin.base.plausibility import warn
 from energymargin.records.recordings import poses as se3
 from energymargin.records.recordings.cleaning import LooseRules, Rules, cleaned
 from energymargin.records.recordings.folders import require_own_files
+from energymargin.records.recordings.formats import require_recording
 from energymargin.records.recordings.outliers import gap_limits, lost
 from energymargin.records.recordings.recording import Recording
 from energymargin.records.recordings.smoothing import interpolated, usual_step
@@ -127,6 +128,7 @@ def _reader(source: FileSource) -> Iterator[AnyReader]:
     with needs_extra("a bag", "ros"):
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
+    require_recording(source.path)
     if source.path.is_dir():
         require_own_files(source.path)
     paths = [source.path]

@@ -16,6 +16,7 @@ import numpy as np
 from energymargin.base.checks import one_of
 from energymargin.base.errors import needs_extra
 from energymargin.records.recordings.cleaning import LooseRules, Rules, cleaned, require_origin
+from energymargin.records.recordings.formats import require_recording
 from energymargin.records.recordings.recording import Recording
 from energymargin.records.recordings.table import (
     FileSource,
@@ -202,6 +203,7 @@ def read_csv(
     Raises OSError, ImportError without the extra, and ValueError that names the file, the line and
     what was expected there.
     """
+    require_recording(Path(path))
     layout, source = Columns.of(columns), FileSource(Path(path))
     checked = Rules(**rules).in_frame(layout.origin)
     return cleaned(_table(source, layout), source, checked)

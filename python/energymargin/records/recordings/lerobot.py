@@ -22,6 +22,7 @@ from energymargin.base.plausibility import warn
 from energymargin.records.recordings.cleaning import LooseRules, Rules, cleaned
 from energymargin.records.recordings.csv_files import Columns, headers
 from energymargin.records.recordings.folders import require_own_files
+from energymargin.records.recordings.formats import require_recording
 from energymargin.records.recordings.recording import Recording
 from energymargin.records.recordings.smoothing import usual_step
 from energymargin.records.recordings.table import FileSource
@@ -60,6 +61,7 @@ def read_lerobot(
     Raises OSError, ImportError without the extra, and ValueError that names the file: on a dataset
     of another version, or one that lacks frames, and on all that `read_csv` refuses.
     """
+    require_recording(Path(path))
     layout, folder = Columns.of(columns), Path(path)
     checked = Rules(**rules).in_frame(layout.origin)
     places = element_places(folder, named=not layout.columns)

@@ -55,6 +55,7 @@ def placed(
     heights = {body.name: body.position[2] for body in scene.bodies}
     tools = {effector, *(body.name for body in scene.bodies if body.role == "effector")}
     motions = recording.in_scene(object, effector)
+    _require_bodies(recording, scene, {"object": object, "effector": effector})
     names = sorted(motions, key=tools.__contains__)
     starts = [scene.slice(name).start for name in names]
     in_plane = [_moves_in_plane(scene, name, motions[name]) for name in names]
@@ -82,6 +83,19 @@ def placed(
             "shapes, the units and the origin of the camera's frame fit?"
         )
     return Placed(states, moved, stuck)
+
+
+def _require_bodies(recording: Recording, scene: Scene, given: dict[str, str]) -> None:
+    """Raises ValueError on a body of the recording that the scene does not have, with the way out."""
+    known = ", ".join(body.name for body in scene.bodies)
+    for body in recording.bodies:
+        name = given.get(body, body)
+        if name not in [one.name for one in scene.bodies]:
+            way = f"{body}=NAME says how it is called there" if body in given else "rename one"
+            raise ValueError(
+                f"{recording.name} has the body {body!r}, and the scene has no {name!r}: {way}, "
+                f"one of {known}"
+            )
 
 
 def _moves_in_plane(scene: Scene, name: str, motion: Motion) -> bool:
