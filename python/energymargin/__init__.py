@@ -91,6 +91,7 @@ if typing.TYPE_CHECKING:
         Improvement as Improvement,
         MarginProfile as MarginProfile,
         Ranking as Ranking,
+        compare as compare,
         critical_curve as critical_curve,
         critical_value as critical_value,
         critical_value_of as critical_value_of,
@@ -136,7 +137,7 @@ SUBPACKAGES = (*PLAIN, "scenes", "store", "surrogates", "tasks", *EXTRAS)
 NAMES = {
     "actions": [
         *("CriticalCurve", "CriticalValue", "Guard", "Improvement", "MarginProfile", "Ranking"),
-        *("critical_curve", "critical_value", "critical_value_of", "critical_values"),
+        *("compare", "critical_curve", "critical_value", "critical_value_of", "critical_values"),
         *("improve", "margin_profile", "rank"),
     ],
     "beliefs": ["Belief", "score_belief"],

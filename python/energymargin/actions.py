@@ -7,6 +7,7 @@ from energymargin.act.curve import CriticalCurve, critical_curve
 from energymargin.act.guard import Decision, Guard, GuardCounters, ProblemOfAction
 from energymargin.act.improvement import Generation, Improvement, improve
 from energymargin.act.limits import CriticalValues, critical_values
+from energymargin.act.outcomes import OutcomeComparison, compare
 from energymargin.act.profile import MarginProfile, Moment, margin_profile
 from energymargin.act.quantities import Quantity, quantity_of
 from energymargin.act.ranking import Ranking, rank
@@ -25,10 +26,12 @@ __all__ = [
     "MarginProfile",
     "Moment",
     "Noise",
+    "OutcomeComparison",
     "ProblemOfAction",
     "Quantity",
     "Ranking",
     "Standing",
+    "compare",
     "critical_curve",
     "critical_value",
     "critical_value_of",

@@ -1,6 +1,6 @@
 """The command line: energymargin demo | tasks | generate | import | score | evaluate | export |
-learn | rank | limits | settle | placements | grasps | report | view. Each command has its own
-file; other packages register more, as `reproduce`.
+learn | rank | compare | limits | settle | placements | grasps | report | view. Each command has its
+own file; other packages register more, as `reproduce`.
 
 A command is imported when it is called, and heavy modules where they are used, so that --help
 answers at once.
@@ -41,7 +41,18 @@ TRACEBACK = "--traceback"
 GROUP = "energymargin.commands"
 """Entry points of this group name functions or cyclopts Apps: commands of other packages."""
 OWN = (
-    *("demo", "tasks", "generate", "score", "evaluate", "export", "learn", "rank", "limits"),
+    *(
+        "demo",
+        "tasks",
+        "generate",
+        "score",
+        "evaluate",
+        "export",
+        "learn",
+        "rank",
+        "compare",
+        "limits",
+    ),
     *("settle", "placements", "grasps", "report", "import", "view"),
 )
 

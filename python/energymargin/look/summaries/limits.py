@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from energymargin.act.critical import CriticalValue
     from energymargin.act.curve import CriticalCurve
     from energymargin.act.limits import CriticalValues
+    from energymargin.act.outcomes import OutcomeComparison
     from energymargin.grasps import GraspLimits
 
 
@@ -73,6 +74,19 @@ def _of_grasp(one: CriticalValue | None, error: str | None) -> str:
     if one is None:
         return error or "not made"
     return f"{_where_it_holds(one)[0]}\n{_where_it_holds(one)[1]}"
+
+
+def outcome_comparison(found: OutcomeComparison) -> Summary:
+    """Both means, who won how often, and since when it is sure."""
+    rows = [
+        (name, f"{mean:.3g}", "" if math.isnan(low) else f"{low:.2f} to {high:.2f}", won)
+        for name, mean, (low, high), won in zip(
+            "ab", found.means, found.intervals, (found.wins, found.losses), strict=True
+        )
+    ]
+    said = f"{found.better} is better, with {found.confidence:.0%} since pair {found.decided}."
+    note = said if found.better else f"After {found.pairs} pairs neither is sure to be better."
+    return Summary("", rows, ("", "mean", "interval", "did better"), [note])
 
 
 def _where_it_holds(one: CriticalValue) -> tuple[str, str]:

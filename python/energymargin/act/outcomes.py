@@ -1,0 +1,146 @@
+"""Two policies by what they won, episode by episode, whoever simulated or watched them.
+
+Pairs of episodes in which one of the two did better are bets, as in a race (`racing`): the claim
+that a policy is better holds however often somebody looks, and whenever he stops.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
+from scipy.special import betaln, xlog1py, xlogy
+
+from energymargin.act.racing import duel
+from energymargin.base.checks import share, shown
+from energymargin.base.reprs import Record
+from energymargin.base.summary import Summarized
+
+Vector = NDArray[np.float64]
+Outcomes = ArrayLike | str | Path
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class OutcomeComparison(Record, Summarized):
+    """What the outcomes of two policies say."""
+
+    means: tuple[float, float]
+    """Of a and b."""
+    intervals: tuple[tuple[float, float], tuple[float, float]]
+    """Of each success rate, which hold at every number of episodes; NaN of other scores."""
+    wins: int
+    """Pairs of episodes in which a did better."""
+    losses: int
+    """In which it did worse."""
+    pairs: int
+    better: str
+    """"a", "b", or "" where neither is sure."""
+    confidence: float
+    """What was asked."""
+    sure: tuple[float, float]
+    """Confidence that a, and that b, does better in most pairs in which they differ: the largest at
+    any number of pairs."""
+    decided: int | None
+    """Pairs after which the confidence that was asked for was reached; None: it was not."""
+
+
+def compare(a: Outcomes, b: Outcomes, *, confidence: float = 0.95) -> OutcomeComparison:
+    """Is one of two policies better, and after how many episodes is that sure?
+
+    Args:
+        a, b: outcomes in the order in which they were won, 0 or 1, or any scores of which more is
+            better; or a LeRobot `eval_info.json`. Episode k of one is compared with episode k of
+            the other: the same start and seed make that sharper, others keep it right. Files with
+            seeds are paired by them. What the longer one has beyond the shorter does not count.
+        confidence: with which "better" is said.
+
+    The claim is anytime-valid: it may be looked at after each episode, and outcomes be added until
+    it is sure. Where both are equally good it is made with a probability of at most 1 - confidence.
+    Raises ValueError on what is no list of finite numbers, and OSError on a file.
+    """
+    if share("confidence", confidence) in (0.0, 1.0):
+        raise ValueError(f"confidence is {confidence:g}, expected a number between 0 and 1")
+    (first, of_first), (second, of_second) = _read("a", a), _read("b", b)
+    if of_first is not None and of_second is not None:
+        both = [seed for seed in of_first if seed in of_second]
+        if not both:
+            raise ValueError("a and b have no seed in common, expected episodes of the same seeds")
+        first = first[[of_first.index(seed) for seed in both]]
+        second = second[[of_second.index(seed) for seed in both]]
+    pairs = min(len(first), len(second))
+    first, second = first[:pairs], second[:pairs]
+    duels = [duel(first[:n], second[:n]) for n in range(1, pairs + 1)]
+    others = [duel(second[:n], first[:n]) for n in range(1, pairs + 1)]
+    wins, losses = (np.array([one.better for one in each]) for each in (duels, others))
+    # Each of the two claims has half of the errors, so that both together have what was asked.
+    needed = 1.0 - (1.0 - confidence) / 2.0
+    decided = np.flatnonzero(np.maximum(wins, losses) >= needed)
+    when = int(decided[0]) if len(decided) else None
+    return OutcomeComparison(
+        (float(first.mean()), float(second.mean())),
+        (_rate(first, confidence), _rate(second, confidence)),
+        duels[-1].wins,
+        duels[-1].losses,
+        pairs,
+        "" if when is None else "a" if wins[when] >= needed else "b",
+        confidence,
+        (float(wins.max()), float(losses.max())),
+        None if when is None else when + 1,
+    )
+
+
+def _read(name: str, given: Outcomes) -> tuple[Vector, list[int] | None]:
+    """Outcomes, and their seeds, if a file has them."""
+    seeds: list[int] | None = None
+    values: Any = given
+    if isinstance(given, str | Path):
+        episodes = _episodes(Path(given))
+        values = [one.get("success", one.get("sum_reward")) for one in episodes]
+        found = [one.get("seed") for one in episodes]
+        seeds = None if None in found or len(set(found)) < len(found) else [int(one) for one in found if one is not None]
+    try:
+        outcomes = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        outcomes = np.zeros((0, 0))
+    if outcomes.ndim != 1 or not len(outcomes) or not np.isfinite(outcomes).all():
+        raise ValueError(f"{name} is {shown(given)}, expected a list of finite outcomes")
+    return outcomes, seeds
+
+
+def _episodes(path: Path) -> list[dict[str, Any]]:
+    """Those of a LeRobot evaluation: one task's, or of several tasks one after the other."""
+    try:
+        whole = json.loads(path.read_text())
+        if "per_episode" in whole:
+            return list(whole["per_episode"])
+        tasks = [task.get("metrics", task) for task in whole["per_task"]]
+        return [{"success": one} for task in tasks for one in task["successes"]]
+    except (json.JSONDecodeError, UnicodeDecodeError, KeyError, TypeError, AttributeError) as error:
+        raise ValueError(
+            f"{path} is no evaluation of LeRobot, expected a JSON file with per_episode or per_task"
+        ) from error
+
+
+def _rate(outcomes: Vector, confidence: float) -> tuple[float, float]:
+    """The success rates that no bet on the outcomes has refuted at any number of episodes."""
+    if not np.isin(outcomes, (0.0, 1.0)).all():
+        return float("nan"), float("nan")
+    limit, low, high = -np.log(1.0 - confidence), 0.0, 1.0
+    won = np.cumsum(outcomes)
+    for number, successes in enumerate(won.tolist(), 1):
+        failures, rate = number - successes, successes / number
+        stake = betaln(successes + 1.0, failures + 1.0)
+
+        def left(p: float, s: float = successes, f: float = failures, bet: float = stake) -> float:
+            return float(bet - xlogy(s, p) - xlog1py(f, -p) - limit)
+
+        if successes and left(1e-12) > 0.0:
+            low = max(low, float(brentq(left, 1e-12, rate)))
+        if failures and left(1.0 - 1e-12) > 0.0:
+            high = min(high, float(brentq(left, rate, 1.0 - 1e-12)))
+    return low, high

@@ -1,0 +1,82 @@
+"""Two policies by their outcomes: sure in the end, seldom wrong, whenever one looks."""
+
+import json
+
+import numpy as np
+import pytest
+from command_line import invoke
+
+import energymargin as em
+
+
+def won(rate, count, seed):
+    return (np.random.default_rng(seed).random(count) < rate).astype(float)
+
+
+def test_of_equal_policies_one_is_seldom_called_better_however_often_one_looks():
+    found = [em.compare(won(0.6, 150, 2 * k), won(0.6, 150, 2 * k + 1)) for k in range(300)]
+    assert sum(one.better != "" for one in found) <= 15  # 5 % of 300
+    held = sum(low <= 0.6 <= high for one in found for low, high in one.intervals)
+    assert held >= 0.95 * 600
+
+
+def test_the_better_one_is_found_and_it_is_said_after_how_many_episodes():
+    found = [em.compare(won(0.9, 200, 2 * k), won(0.6, 200, 2 * k + 1)) for k in range(40)]
+    assert all(one.better == "a" for one in found)
+    one = found[0]
+    again = em.compare(won(0.9, one.decided, 0), won(0.6, one.decided, 1))
+    before = em.compare(won(0.9, one.decided - 1, 0), won(0.6, one.decided - 1, 1))
+    assert again.decided == one.decided and before.decided is None and before.better == ""
+    swapped = em.compare(won(0.6, 200, 1), won(0.9, 200, 0))
+    assert swapped.better == "b" and swapped.sure == one.sure[::-1]
+    assert "a is better" in one.to_markdown()
+
+
+def test_scores_count_by_who_is_better_and_have_no_rate():
+    found = em.compare([3.0, 2.5, 9.0, 4.0] * 8, [1.0, 2.0, 8.5, 4.0] * 8)
+    assert found.better == "a" and (found.wins, found.losses, found.pairs) == (24, 0, 32)
+    assert np.isnan(found.intervals[0]).all()
+
+
+def written(path, successes, seeds):
+    episodes = [
+        {"episode_ix": k, "success": bool(one), "sum_reward": 1.0, "seed": seed}
+        for k, (one, seed) in enumerate(zip(successes, seeds, strict=True))
+    ]
+    path.write_text(json.dumps({"per_episode": episodes, "aggregated": {}}))
+    return path
+
+
+def test_evaluations_of_lerobot_are_paired_by_their_seeds(tmp_path):
+    a = written(tmp_path / "a.json", [1, 1, 0, 1], [7, 8, 9, 10])
+    b = written(tmp_path / "b.json", [0, 1, 0], [10, 9, 7])
+    found = em.compare(a, b)
+    assert found.pairs == 3  # seeds 7, 9, 10: 1 and 0, 0 and 1, 1 and 0
+    assert (found.wins, found.losses) == (2, 1)
+    tasks = {"per_task": [{"task_id": 0, "metrics": {"successes": [True, False, True, True]}}]}
+    (tmp_path / "c.json").write_text(json.dumps(tasks))
+    assert em.compare(tmp_path / "c.json", b).pairs == 3
+    told = invoke(["compare", str(a), str(b)])
+    assert told.exit_code == 0 and "neither is sure" in told.output
+
+
+@pytest.mark.parametrize(
+    ("a", "match"),
+    [
+        ([], "a is .*expected a list of finite outcomes"),
+        ([[1, 0]], "expected a list of finite outcomes"),
+        ([1, np.nan], "expected a list of finite outcomes"),
+        ("one", "No such file"),
+    ],
+)
+def test_what_is_no_list_of_outcomes_is_named(a, match):
+    with pytest.raises((ValueError, OSError), match=match):
+        em.compare(a, [1, 0])
+
+
+def test_a_file_of_something_else_is_named(tmp_path):
+    (tmp_path / "x.json").write_text('{"a": 1}')
+    with pytest.raises(ValueError, match="is no evaluation of LeRobot"):
+        em.compare(tmp_path / "x.json", [1, 0])
+    with pytest.raises(ValueError, match="confidence is 1"):
+        em.compare([1], [0], confidence=1.0)
