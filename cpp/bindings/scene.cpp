@@ -17,7 +17,7 @@ gravity [m/s^2]. step [s]: of the simulation. solver_iterations: Newton iteratio
 impulses that act in it (relative, without a unit), above 0 and at most 0.01, 1e-5 by default. margin [m]: of collision shapes, by default a
 twentieth of each one's smallest half extent. friction_rule: what two bodies' coefficients make of their contact's,
 'product' (as in Bullet) or 'max' (as in MuJoCo); set_friction says it for a pair. engine: what steps the scene, 'native' (the
-library's own dynamics), 'bullet' (Bullet's multi-body world) or an em.engines.Engine, whose step has to be the scene's. In Bullet's solver_iterations are sweeps, 50 by default, and solver_tolerance is
+library's own dynamics), 'bullet' (Bullet's multi-body world) or an em.engines.Engine, whose step has to be the scene's. In Bullet solver_iterations are sweeps, 50 by default, and solver_tolerance is
 the largest squared change of an impulse in the last sweep [N^2 s^2], 1e-7 by default.)";
 
 Scene make_scene(const Given<Vector3>& gravity, const Given<double>& step,

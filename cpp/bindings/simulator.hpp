@@ -25,7 +25,7 @@ py::object engine_of(const Scene& scene);
 namespace pybind11::detail {
 
 constexpr auto name_of_given(energymargin::Type<energymargin::binding::EngineChoice>) {
-  return const_name("str | energymargin.model.engines.Engine");
+  return const_name("typing.Any");
 }
 
 }  // namespace pybind11::detail

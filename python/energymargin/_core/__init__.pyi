@@ -718,7 +718,7 @@ class Scene:
     """
     Bodies, joints and springs under gravity [m/s^2], and how the physics is stepped.
     """
-    def __init__(self, gravity: numpy.typing.ArrayLike = (0.0, 0.0, -9.81), step: float = 0.004166666666666667, solver_iterations: int | None = None, solver_tolerance: float | None = None, margin: float | None = None, friction_rule: str = 'product', engine: str | energymargin.model.engines.Engine = 'native') -> None:
+    def __init__(self, gravity: numpy.typing.ArrayLike = (0.0, 0.0, -9.81), step: float = 0.004166666666666667, solver_iterations: int | None = None, solver_tolerance: float | None = None, margin: float | None = None, friction_rule: str = 'product', engine: typing.Any = 'native') -> None:
         """
         An empty scene.
         
@@ -727,7 +727,7 @@ class Scene:
         impulses that act in it (relative, without a unit), above 0 and at most 0.01, 1e-5 by default. margin [m]: of collision shapes, by default a
         twentieth of each one's smallest half extent. friction_rule: what two bodies' coefficients make of their contact's,
         'product' (as in Bullet) or 'max' (as in MuJoCo); set_friction says it for a pair. engine: what steps the scene, 'native' (the
-        library's own dynamics) or 'bullet' (Bullet's multi-body world). There solver_iterations are sweeps, 50 by default, and solver_tolerance is
+        library's own dynamics), 'bullet' (Bullet's multi-body world) or an em.engines.Engine, whose step has to be the scene's. In Bullet solver_iterations are sweeps, 50 by default, and solver_tolerance is
         the largest squared change of an impulse in the last sweep [N^2 s^2], 1e-7 by default.
         """
     def __repr__(self) -> str:
@@ -846,9 +846,9 @@ class Scene:
         Its inertia grows with its mass; coefficients of pairs stay. Raises ValueError on an unknown body, bad values, the mass of a
         fixed body, and a spring that is too stiff for a lighter one.
         """
-    def with_engine(self, engine: str | energymargin.model.engines.Engine) -> Scene:
+    def with_engine(self, engine: typing.Any) -> Scene:
         """
-        The same scene, stepped by 'native' or 'bullet', with that one's own solver_iterations and solver_tolerance. Raises ValueError on another word.
+        The same scene, stepped by 'native' or 'bullet', with that one's own solver_iterations and solver_tolerance, or by an em.engines.Engine in its own step. Raises ValueError on another word.
         """
     @property
     def bodies(self) -> list[Body]:
@@ -868,7 +868,7 @@ class Scene:
     @property
     def engine(self) -> typing.Any:
         """
-        What steps the scene: 'native' or 'bullet'.
+        What steps the scene: 'native', 'bullet' or an em.engines.Engine.
         """
     @property
     def friction_rule(self) -> str:
@@ -958,13 +958,13 @@ class Plan:
         """
         The robot goes on as it moves at a state (n,), for a duration [s]. Free effector bodies, or those that carry one, keep their twist in their own frames; joints under position control keep the scene's targets.
         """
-    def __getstate__(self) -> tuple[str, typing.Any]:
+    def __getstate__(self) -> tuple[str, typing.Any, typing.Any]:
         ...
     def __init__(self, step: float, wrenches: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, velocities: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, limits: collections.abc.Mapping[str, tuple[float, float]] = {}) -> None:
         ...
     def __repr__(self) -> str:
         ...
-    def __setstate__(self, arg0: tuple[str, typing.Any]) -> None:
+    def __setstate__(self, arg0: tuple[str, typing.Any, typing.Any]) -> None:
         ...
     def _repr_html_(self) -> str:
         """
@@ -1072,13 +1072,13 @@ class Feedback(Plan):
         """
         A virtual spring and damper on a body: `stiffness` (6,) [N/m, N m/rad] and `damping` (6,) [N s/m, N m s/rad] along and about the world's axes, about its centre of mass. `states` (12,) or (R, 12): where it is to be, as position, rotation vector, velocity and angular velocity of its frame; None: zeros. The others as of Feedback.
         """
-    def __getstate__(self) -> tuple[str, typing.Any]:
+    def __getstate__(self) -> tuple[str, typing.Any, typing.Any]:
         ...
     def __init__(self, gains: numpy.typing.ArrayLike, *, observed: collections.abc.Sequence[str], corrected: collections.abc.Sequence[str], states: numpy.typing.ArrayLike | None = None, wrenches: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, velocities: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, motors: collections.abc.Mapping[str, tuple[float, float]] = {}, period: float, delay: int = 0, limits: tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | None = None, start: float = 0.0, noise: numpy.typing.ArrayLike | None = None, step: float | None = None) -> None:
         ...
     def __repr__(self) -> str:
         ...
-    def __setstate__(self, arg0: tuple[str, typing.Any]) -> None:
+    def __setstate__(self, arg0: tuple[str, typing.Any, typing.Any]) -> None:
         ...
 class PolicyPlan(Plan):
     """
@@ -1454,13 +1454,13 @@ class Problem:
         """
         The JSON Schema (draft-07) of problem files.
         """
-    def __getstate__(self) -> tuple[str, typing.Any]:
+    def __getstate__(self) -> tuple[str, typing.Any, typing.Any]:
         ...
     def __init__(self, scene: Scene, state: numpy.typing.ArrayLike, *, captured: collections.abc.Mapping[str, Region] | Region, succeeded: collections.abc.Mapping[str, Region] | Region | None = None, within: Region | None = None, start_outside: bool = False, force: numpy.typing.ArrayLike, torque: numpy.typing.ArrayLike, duration: float, effector: str = 'coast', rate: float = 5.0, force_weights: ForceWeights = ..., contacts: collections.abc.Sequence[Contact] | None = None, horizon: float | None = None, check: float | None = None, dwell: float = 0.0, plan: Plan | None = None) -> None:
         ...
     def __repr__(self) -> str:
         ...
-    def __setstate__(self, arg0: tuple[str, typing.Any]) -> None:
+    def __setstate__(self, arg0: tuple[str, typing.Any, typing.Any]) -> None:
         ...
     def _repr_html_(self) -> str:
         """
@@ -1487,9 +1487,9 @@ class Problem:
         """
         The problem as JSON text.
         """
-    def with_engine(self, engine: str | energymargin.model.engines.Engine) -> Problem:
+    def with_engine(self, engine: typing.Any) -> Problem:
         """
-        The same question in a simulation by another engine, 'native' or 'bullet', with its own solver_iterations and solver_tolerance. Raises ValueError on another word.
+        The same question in a simulation by another engine: 'native' or 'bullet', with its own solver_iterations and solver_tolerance, or an em.engines.Engine in its own step. Raises ValueError on another word, and on what an engine does not do.
         """
     def with_state(self, state: numpy.typing.ArrayLike) -> Problem:
         """
