@@ -46,8 +46,14 @@ def test_a_wide_table_of_80_columns_breaks_long_texts_and_keeps_ranks_and_number
     head = ("rank", "grasp", "holds", "95 % interval", "for", "lost", "colliding", "effort [J]")
     numbers = ("1.00", "0.40 to 1.00", "1.5 s")
     rows = [
-        (rank, f"a grasp of the mug at its handle, {rank}", *numbers, "3 slipped, 2 not gripped")
-        + ("3", "0.0123")
+        (
+            rank,
+            f"a grasp of the mug at its handle, {rank}",
+            *numbers,
+            "3 slipped, 2 not gripped",
+            "3",
+            "0.0123",
+        )
         for rank in (1, 2, 12)
     ]
     Console(width=80).print(Summary("grasps", rows, head))

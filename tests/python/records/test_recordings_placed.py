@@ -270,7 +270,7 @@ def test_a_task_without_what_recordings_need_is_refused(recordings):
         dataset("push", recordings[:1], labels)
     made = dataset("push", recordings[:1], labels, params={"friction": 0.3}, most_overlap=OVERLAP)
     assert made.trajectories[0].params == {"friction": 0.3}
-    with pytest.raises(ValueError, match="no 'object': object=NAME .* one of table, disc_0"):
+    with pytest.raises(ValueError, match=r"no 'object': object=NAME .* one of table, disc_0"):
         dataset("push-multi", recordings[:1], labels, params={"friction": 0.3})
 
 

@@ -15,8 +15,8 @@ UNREAD = {
 """Ends of names of files and folders, or files that such a folder has."""
 WAY = (
     "em.recordings.from_table takes a pandas table of any source with columns such as time, cup_x, "
-    "cup_y, cup_z, cup_qx, cup_qy, cup_qz, cup_qw, in SI units; read are CSV files, bags of ROS and "
-    "folders of LeRobot"
+    "cup_y, cup_z, cup_qx, cup_qy, cup_qz, cup_qw, in SI units; read are CSV files, bags of ROS "
+    "and folders of LeRobot"
 )
 
 

@@ -86,7 +86,7 @@ def placed(
 
 
 def _require_bodies(recording: Recording, scene: Scene, given: dict[str, str]) -> None:
-    """Raises ValueError on a body of the recording that the scene does not have, with the way out."""
+    """Raises ValueError on a body that the scene does not have, with the way out."""
     known = ", ".join(body.name for body in scene.bodies)
     for body in recording.bodies:
         name = given.get(body, body)
