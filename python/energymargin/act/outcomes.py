@@ -102,7 +102,11 @@ def _read(name: str, given: Outcomes) -> tuple[Vector, list[int] | None]:
         episodes = _episodes(Path(given))
         values = [one.get("success", one.get("sum_reward")) for one in episodes]
         found = [one.get("seed") for one in episodes]
-        seeds = None if None in found or len(set(found)) < len(found) else [int(one) for one in found if one is not None]
+        seeds = (
+            None
+            if None in found or len(set(found)) < len(found)
+            else [int(one) for one in found if one is not None]
+        )
     try:
         outcomes = np.asarray(values, dtype=float)
     except (TypeError, ValueError):
