@@ -33,6 +33,7 @@ void VelocitySystem::clear() {
   numbers_.clear();
   contacts_.clear();
   limited_.clear();
+  open_.clear();
 }
 
 int VelocitySystem::add_mover(int count) {
@@ -79,6 +80,15 @@ LimitedRow& VelocitySystem::add_limited(int a, int b) {
   limited_.emplace_back();
   add_sides(limited_.back(), a, b, 1);
   return limited_.back();
+}
+
+// Those of two movers, in this order, with numbers of zero at first.
+OpenContacts& VelocitySystem::open_contacts(int a, int b) {
+  const auto known = std::find_if(open_.rbegin(), open_.rend(), [=](const auto& of) { return of.a == a && of.b == b; });
+  if (known != open_.rend()) return *known;
+  open_.emplace_back();
+  add_sides(open_.back(), a, b, 1);
+  return open_.back();
 }
 
 double VelocitySystem::inverse_mass(const RowSides& sides, int row) const {
@@ -146,6 +156,7 @@ void Islands::find(const VelocitySystem& system) {
   std::iota(parents_.begin(), parents_.end(), 0);
   for (const ContactRows& rows : system.contacts()) join(rows);
   for (const LimitedRow& row : system.limited()) join(row);
+  for (const OpenContacts& open : system.open()) join(open);
   count_ = 0;
   for (std::size_t i = 0; i < movers; ++i) {
     const int first = root(static_cast<int>(i));
@@ -156,6 +167,7 @@ void Islands::find(const VelocitySystem& system) {
       island.movers.clear();
       island.contacts.clear();
       island.limited.clear();
+      island.open.clear();
     }
     places_[i] = places_[index(first)];
     islands_[index(places_[i])].movers.push_back(static_cast<int>(i));
@@ -167,6 +179,7 @@ void Islands::find(const VelocitySystem& system) {
   };
   for (std::size_t i = 0; i < system.contacts().size(); ++i) add(system.contacts()[i], &Island::contacts, i);
   for (std::size_t i = 0; i < system.limited().size(); ++i) add(system.limited()[i], &Island::limited, i);
+  for (std::size_t i = 0; i < system.open().size(); ++i) add(system.open()[i], &Island::open, i);
   for (std::size_t i = 0; i < count_; ++i) {
     if (!islands_[i].free()) order(system, islands_[i]);
   }
@@ -205,9 +218,17 @@ void Islands::order_by_neighbours(const VelocitySystem& system, Island& island) 
   }
   const auto fewer = [&](int a, int b) { return neighbours[index(a)].size() < neighbours[index(b)].size(); };
   std::vector<bool> seen(system.movers().size(), false);
-  std::vector<int> ordered{*std::min_element(island.movers.begin(), island.movers.end(), fewer)};
-  seen[index(ordered.front())] = true;
-  for (std::size_t next = 0; next < ordered.size(); ++next) {
+  std::vector<int> ordered;
+  const auto add_next = [&] {  // open contacts alone may connect what is left
+    int next = -1;
+    for (const int i : island.movers) {
+      if (!seen[index(i)] && (next < 0 || fewer(i, next))) next = i;
+    }
+    seen[index(next)] = true;
+    ordered.push_back(next);
+  };
+  for (std::size_t next = 0; next < island.movers.size(); ++next) {
+    if (next == ordered.size()) add_next();
     std::vector<int>& of = neighbours[index(ordered[next])];
     std::stable_sort(of.begin(), of.end(), fewer);
     for (const int other : of) {
