@@ -11,6 +11,9 @@ namespace {
 // Loads may bring a contact so near to its touch, as a share of the speed that it lacks.
 constexpr double most_loaded = 0.7;
 
+// What is nearer than this is closed by any load, or nearly so [m/s].
+constexpr double least_lacking = 0.02;
+
 // In a pile of more movers something closes in nearly each step, and all would be solved again.
 constexpr std::size_t most_movers = 8;
 
@@ -19,9 +22,9 @@ constexpr std::size_t most_movers = 8;
 // Whether a contact gets no rows: its bodies part by so much, or are so far apart, that it is open at the velocities of
 // the state, and under the loads. The solver looks whether it stays so.
 bool StepEquations::stays_open(const ContactPoint& point, double duration) {
+  if (surfaces_ || !(point.distance > least_lacking * duration) || solver_.movers().size() > most_movers) return false;
   const int a = mover_of(point.a), b = mover_of(point.b);
-  if (surfaces_ || !(point.distance > 0.0) || a == b || bears(point)) return false;
-  if (solver_.movers().size() > most_movers) return false;
+  if (a == b || bears(point)) return false;
   if (std::find(closing_.begin(), closing_.end(), std::pair(a, b)) != closing_.end()) return false;
   const auto count = [this](int mover) {
     return mover < 0 ? std::size_t{0} : static_cast<std::size_t>(solver_.count(mover));
