@@ -11,6 +11,7 @@
 #include "energymargin/world.hpp"
 #include "expect.hpp"
 #include "mechanisms.hpp"
+#include "physics/shapes.hpp"
 
 namespace energymargin {
 namespace {
@@ -339,6 +340,21 @@ std::string round_name(const ::testing::TestParamInfo<Solid>& of) {
 INSTANTIATE_TEST_SUITE_P(Hull, RoundOnHull,
                          ::testing::Values(Solid(Sphere{0.03}), Solid(Cylinder{0.03, 0.1}), Solid(Capsule{0.03, 0.1})),
                          round_name);
+
+TEST(Hulls, ThatAreEqualAreOneInAllScenes) {
+  const auto scene_of = [](double height) {
+    Scene scene;
+    scene.add_body(body("object", prism(8, 0.05, height), 1.0, Vector3::Zero(), Role::object));
+    return scene;
+  };
+  const auto hull_of = [](const Scene& scene) { return scene.collision_shape(0).pieces.front().shape; };
+  const Scene scene = scene_of(0.1), same = scene_of(0.1), longer = scene_of(0.11);
+  Stepping rounder;
+  rounder.margin = 1e-3;
+  EXPECT_EQ(hull_of(scene), hull_of(same));
+  EXPECT_NE(hull_of(scene), hull_of(longer));
+  EXPECT_NE(hull_of(scene), hull_of(scene.with_stepping(rounder)));
+}
 
 }  // namespace
 }  // namespace energymargin

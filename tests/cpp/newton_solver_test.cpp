@@ -367,5 +367,16 @@ TEST(NewtonSolver, WhatALoadPressesInIsBorneByHarderContactsUpToAHundredTimes) {
   }
 }
 
+TEST(NewtonSolver, TellsWhetherAContactWithoutRowsMayHaveClosed) {
+  for (const double lacks : {2.0, 0.5}) {
+    NewtonSolver solver;
+    const int block = add_point(solver, 2.0, {0.0, 0.0, -1.0});
+    solver.numbers(solver.open_contacts(block, -1).of_a)[2] = 1.0 / lacks;
+    ASSERT_TRUE(solver.solve(50, to_rounding));
+    EXPECT_NEAR(velocities_of(solver, block)[2], -1.0, 1e-12);
+    EXPECT_EQ(solver.closes(), lacks < 1.0);
+  }
+}
+
 }  // namespace
 }  // namespace energymargin

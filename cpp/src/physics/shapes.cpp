@@ -5,7 +5,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <deque>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <numeric>
 #include <set>
 #include <utility>
@@ -17,6 +20,8 @@ namespace energymargin {
 namespace {
 
 constexpr double rounding = 1e-9;  // of poses: a share of the size, and rad
+
+constexpr std::size_t most_kept_hulls = 256;  // that nothing has any more: some 10 MB
 
 // A shape with room in its bounds: a compound's contacts end where boxes lie apart, be it by a rounding error.
 template <typename Base>
@@ -38,36 +43,60 @@ struct Builder {
   double room;  // around its bounds
 
   template <typename Base, typename... Sizes>
-  std::unique_ptr<Roomy<Base>> with_room(const Sizes&... sizes) const {
-    auto shape = std::make_unique<Roomy<Base>>(sizes...);
+  std::shared_ptr<Roomy<Base>> with_room(const Sizes&... sizes) const {
+    auto shape = std::make_shared<Roomy<Base>>(sizes...);
     shape->room = room;
     return shape;
   }
 
-  std::unique_ptr<btCollisionShape> operator()(const Box& box) const {
+  std::shared_ptr<btCollisionShape> operator()(const Box& box) const {
     auto shape = with_room<btBoxShape>(to_bullet(Vector3(0.5 * box.size)));
     shape->setMargin(margin);
     return shape;
   }
-  std::unique_ptr<btCollisionShape> operator()(const Sphere& sphere) const {
+  std::shared_ptr<btCollisionShape> operator()(const Sphere& sphere) const {
     return with_room<btSphereShape>(sphere.radius);
   }
-  std::unique_ptr<btCollisionShape> operator()(const Cylinder& cylinder) const {
+  std::shared_ptr<btCollisionShape> operator()(const Cylinder& cylinder) const {
     auto shape = with_room<btCylinderShapeZ>(btVector3(cylinder.radius, cylinder.radius, 0.5 * cylinder.length));
     shape->setMargin(margin);
     return shape;
   }
-  std::unique_ptr<btCollisionShape> operator()(const Capsule& capsule) const {
+  std::shared_ptr<btCollisionShape> operator()(const Capsule& capsule) const {
     return with_room<btCapsuleShapeZ>(capsule.radius, capsule.length);
   }
-  std::unique_ptr<btCollisionShape> operator()(const ConvexHull& hull) const {
+  std::shared_ptr<btCollisionShape> operator()(const ConvexHull& hull) const {
     std::vector<Vector3> points;
     for (const Vector3& point : hull.points) points.push_back(pose.orientation * point + pose.position);
-    return with_room<HullShape>(points, margin);
+    return shared_hull(points);
+  }
+
+  // Equal hulls are one, and so are their tables: a scene that is made again and again, as for each draw of a belief,
+  // finds them made, as long as they are among the last ones or something has them.
+  std::shared_ptr<btCollisionShape> shared_hull(const std::vector<Vector3>& points) const {
+    static std::mutex changing;
+    static std::map<std::vector<double>, std::weak_ptr<btCollisionShape>> made;
+    static std::deque<std::shared_ptr<btCollisionShape>> last;
+    std::vector<double> key{margin, room};
+    for (const Vector3& point : points) key.insert(key.end(), point.begin(), point.end());
+    const auto find = [&] {
+      const std::lock_guard<std::mutex> alone(changing);
+      const auto known = made.find(key);
+      return known == made.end() ? nullptr : known->second.lock();
+    };
+    if (auto hull = find()) return hull;
+    const std::shared_ptr<btCollisionShape> hull = with_room<HullShape>(points, margin);
+    const std::lock_guard<std::mutex> alone(changing);
+    for (auto each = made.begin(); each != made.end();) each = each->second.expired() ? made.erase(each) : ++each;
+    const auto known = made.emplace(std::move(key), hull).first->second.lock();
+    if (known != hull) return known;
+    last.push_back(hull);
+    if (last.size() > most_kept_hulls) last.pop_front();
+    return hull;
   }
 };
 
-std::unique_ptr<btCollisionShape> solid_shape(const Solid& solid, const Pose& pose, double half_extent,
+std::shared_ptr<btCollisionShape> solid_shape(const Solid& solid, const Pose& pose, double half_extent,
                                               std::optional<double> margin, double room = 0.0) {
   return std::visit(Builder{pose, collision_margin(half_extent, margin), room}, solid);
 }
@@ -329,7 +358,7 @@ HullShape::HullShape(const Hull& hull)
 }
 
 PointSet::PointSet(const std::vector<btVector3>& points, double depth)
-    : count_(points.size()), blocks_((points.size() + block - 1) / block) {
+    : count_(points.size()), blocks_((points.size() + block - 1) / block), depth_(depth) {
   for (std::size_t i = 0; i < block * blocks_.size(); ++i) {
     const btVector3& point = points[std::min(i, points.size() - 1)];
     Block& of = blocks_[i / block];
@@ -338,13 +367,29 @@ PointSet::PointSet(const std::vector<btVector3>& points, double depth)
     of.y[pair][i % 2] = point.y();
     of.z[pair][i % 2] = point.z();
   }
-  if (count_ >= few_points) table_ = DirectionTable(points, depth);
+}
+
+const DirectionTable& PointSet::make_table() const {
+  static std::mutex making;
+  const std::lock_guard<std::mutex> alone(making);
+  const DirectionTable* made = table_.load(std::memory_order_acquire);
+  if (made) return *made;
+  std::vector<btVector3> points;
+  for (std::size_t i = 0; i < count_; ++i) points.push_back(point(i));
+  made = count_ < few_points ? new DirectionTable : new DirectionTable(points, depth_);
+  table_.store(made, std::memory_order_release);
+  return *made;
+}
+
+btVector3 PointSet::point(std::size_t i) const {
+  const Block& of = blocks_[i / block];
+  const std::size_t pair = i % block / 2, lane = i % 2;
+  return {of.x[pair][lane], of.y[pair][lane], of.z[pair][lane]};
 }
 
 double PointSet::along(std::size_t i, const btVector3& direction) const {
-  const Block& of = blocks_[i / block];
-  const std::size_t pair = i % block / 2, lane = i % 2;
-  return of.x[pair][lane] * direction.x() + of.y[pair][lane] * direction.y() + of.z[pair][lane] * direction.z();
+  const btVector3 at = point(i);
+  return at.x() * direction.x() + at.y() * direction.y() + at.z() * direction.z();
 }
 
 Pair PointSet::along(const Block& of, std::size_t pair, const btVector3& direction) {
@@ -363,7 +408,7 @@ std::size_t PointSet::farthest_of(const DirectionTable::Candidates& candidates, 
 }
 
 std::pair<double, double> PointSet::extent(const btVector3& direction) const {
-  const DirectionTable::Candidates ahead = table_.at(direction), behind = table_.at(-direction);
+  const DirectionTable::Candidates ahead = table().at(direction), behind = table().at(-direction);
   if (!ahead.empty() && !behind.empty())
     return {along(farthest_of(behind, -direction), direction), along(farthest_of(ahead, direction), direction)};
   Pair least[pairs], most[pairs];

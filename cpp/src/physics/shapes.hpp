@@ -3,6 +3,7 @@
 
 #include <btBulletCollisionCommon.h>
 
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -35,10 +36,13 @@ class PointSet {
  public:
   //! Those within `depth` of the farthest are asked for, too [m].
   explicit PointSet(const std::vector<btVector3>& points, double depth = 0.0);
+  PointSet(const PointSet&) = delete;
+  PointSet& operator=(const PointSet&) = delete;
+  ~PointSet() { delete table_.load(); }
 
   //! The index of the first of those that are farthest along a direction.
   std::size_t farthest(const btVector3& direction) const {
-    const DirectionTable::Candidates candidates = table_.at(direction);
+    const DirectionTable::Candidates candidates = table().at(direction);
     return candidates.empty() ? farthest_of_all(direction) : farthest_of(candidates, direction);
   }
 
@@ -50,7 +54,7 @@ class PointSet {
   template <typename Visit>
   void for_each_near(const btVector3& direction, double depth, const Visit& visit) const {
     const DirectionTable::Candidates candidates =
-        depth <= table_.depth() ? table_.at(direction) : DirectionTable::Candidates{};
+        depth <= depth_ ? table().at(direction) : DirectionTable::Candidates{};
     for (const DirectionTable::Index i : candidates) visit(std::size_t{i});
     if (!candidates.empty()) return;
     for (std::size_t i = 0; i < count_; ++i) visit(i);
@@ -66,12 +70,20 @@ class PointSet {
     Pair x[pairs], y[pairs], z[pairs];
   };
 
+  //! That of these points, which the first caller makes: most sets are never asked for it.
+  const DirectionTable& table() const {
+    const DirectionTable* const made = table_.load(std::memory_order_acquire);
+    return made ? *made : make_table();
+  }
+  const DirectionTable& make_table() const;
+  btVector3 point(std::size_t i) const;
   double along(std::size_t i, const btVector3& direction) const;
   static Pair along(const Block& of, std::size_t pair, const btVector3& direction);
 
   std::size_t count_;
   std::vector<Block> blocks_;
-  DirectionTable table_;  // without cells if the points are few
+  double depth_;
+  mutable std::atomic<const DirectionTable*> table_{nullptr};  // without cells if the points are few
 };
 
 //! A convex hull with its margin inside, and the corners that it has with it. Bullet's hull is an inner shape with a
@@ -171,8 +183,8 @@ struct ConvexPiece {
 
 //! A collision shape, which nothing changes once it is made: worlds on several threads share it.
 struct CollisionShape {
-  std::unique_ptr<btCollisionShape> shape;
-  std::vector<std::unique_ptr<btCollisionShape>> parts{};  //!< that a compound is made of
+  std::shared_ptr<btCollisionShape> shape;
+  std::vector<std::shared_ptr<btCollisionShape>> parts{};  //!< that a compound is made of; equal hulls are one
   std::vector<ConvexPiece> pieces{};                       //!< none of a plane: behind it all is solid
   double reach = 0.0;                                      //!< of the pieces' points from the body's origin [m]
 };

@@ -130,7 +130,9 @@ CollisionPairs::CollisionPairs(const Scene& scene, const std::vector<btTransform
   for (std::size_t i = 0; i < poses.size(); ++i) {
     shapes_.push_back(&scene.collision_shape(i));
     bounds_.push_back(bounds_of(*shapes_[i]->shape, poses_[i]));
-    reaches_.push_back(shapes_[i]->shape->getContactBreakingThreshold(gContactBreakingThreshold));
+    // A thin plate's contacts would reach through the next one.
+    reaches_.push_back(std::min(shapes_[i]->shape->getContactBreakingThreshold(gContactBreakingThreshold),
+                                scene.smallest_half_extent(i)));
     early_reaches_.push_back(std::max(reaches_[i], filter_.early_reach(i)));
   }
   if (!all_kept_) {

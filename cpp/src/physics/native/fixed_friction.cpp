@@ -56,6 +56,7 @@ bool NewtonSolver::minimize(const Island& island, int& left, double tolerance) {
 
 // The length of a step along the direction, at whose end the function hardly falls any more.
 double NewtonSolver::step_length(const Island& island) {
+  look_at_open(island, 1.0);
   double at_start = 0.0, bends = 0.0;  // slope and curvature of the kinetic part
   for (const int i : island.movers) {
     const Mover& mover = this->mover(i);

@@ -25,6 +25,21 @@ double slip_along(const ContactRows& rows) {
 
 }  // namespace
 
+// Whether contacts without rows may close at the velocities, after so much of the direction.
+void NewtonSolver::look_at_open(const Island& island, double length) {
+  for (const std::size_t k : island.open) {
+    double change = 0.0;
+    for_each_side(open_[k], [&](const Mover& mover, const double* weights) {
+      for (int j = 0; j < mover.count; ++j) {
+        const auto at = static_cast<std::size_t>(mover.begin + j);
+        const double more = length == 0.0 ? 0.0 : length * direction_[at];
+        change += weights[j] * std::abs(velocities_[at] + more - first_[at]);
+      }
+    });
+    open_[k].closes = open_[k].closes || !(change < 1.0);
+  }
+}
+
 // Residual of the equations, turnover of its terms, and responses, at the velocities.
 template <typename Respond>
 double NewtonSolver::evaluate(const Island& island, const Respond& respond) {
@@ -42,6 +57,7 @@ double NewtonSolver::evaluate(const Island& island, const Respond& respond) {
       turnover_[static_cast<std::size_t>(mover.begin + j)] = std::abs(momentum);
     }
   }
+  look_at_open(island, 0.0);
   const auto take = [&](const RowSides& sides, const double* impulse, int rows) {
     for_each_side(sides, [&](const Mover& mover, const double* jacobian) {
       double* residual = residual_.data() + mover.begin;

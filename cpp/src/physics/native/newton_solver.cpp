@@ -10,14 +10,15 @@ namespace {
 constexpr double enough = 0.5;
 constexpr int patience = 8;
 
-// A load that presses contacts in by more than this is borne by harder ones [m/s].
-constexpr double most_given = 1e-3;
-constexpr double most_harder = 100.0;
+constexpr double most_harder = 100.0;  // a contact is made, under a load
 
 }  // namespace
 
 bool NewtonSolver::solve(int iterations, double tolerance, bool again) {
-  if (!again) islands_.find(*this);
+  if (!again) {
+    islands_.find(*this);
+    first_ = velocities_;
+  }
   const std::size_t size = velocities_.size();
   for (std::vector<double>* numbers : {&residual_, &turnover_, &direction_, &saved_, &start_, &found_}) {
     numbers->resize(size);
@@ -50,13 +51,13 @@ void NewtonSolver::copy(const Island& island, const std::vector<double>& from, s
   for (const int i : island.movers) std::copy_n(from.data() + begin(i), count(i), to.data() + begin(i));
 }
 
-// Contacts that give way by more than that are made as much harder as it takes, and not by more than `most_harder`:
+// Contacts that give way by more than they may are made as much harder as it takes, and not by more than `most_harder`:
 // where walls close on a body nothing helps. Whether there were any.
 bool NewtonSolver::harden(const Island& island) {
   bool any = false;
   for (const std::size_t k : island.contacts) {
     FrictionLaw& law = contacts_[k].law;
-    const double gives = law.normal_softness * contacts_[k].response.impulse[2];
+    const double most_given = contacts_[k].gives, gives = law.normal_softness * contacts_[k].response.impulse[2];
     if (law.compliant || !(gives > most_given)) continue;
     const double share = std::max(0.5 * most_given / gives, 1.0 / most_harder);
     law.normal_softness *= share;

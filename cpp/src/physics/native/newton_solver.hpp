@@ -1,6 +1,7 @@
 #pragma once
 // The velocities at the end of a step, under Coulomb friction and limited impulses, by Newton's method.
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <vector>
@@ -27,6 +28,11 @@ class NewtonSolver : public VelocitySystem {
   //! Those of the last `solve`.
   const Islands& islands() const { return islands_; }
 
+  //! Whether open contacts may have closed at velocities that it has seen since the last one that was not `again`.
+  bool closes() const {
+    return std::any_of(open_.begin(), open_.end(), [](const OpenContacts& each) { return each.closes; });
+  }
+
   //! Iterations of the last `solve`, of all islands.
   int iterations() const { return iterations_; }
 
@@ -41,6 +47,7 @@ class NewtonSolver : public VelocitySystem {
   void bound_by_normals(const Island& island);
   void find_gone(const Island& island);
   bool were_squeezed() const;
+  void look_at_open(const Island& island, double length);
   template <typename Respond>
   double evaluate(const Island& island, const Respond& respond);
   double coulomb_error(const Island& island, bool after_step);
@@ -62,6 +69,7 @@ class NewtonSolver : public VelocitySystem {
   Islands islands_;
   EnvelopeLu matrix_;
   std::vector<double> residual_, turnover_, direction_, saved_, start_, found_;  // of the velocities
+  std::vector<double> first_;                                                    // velocities
   std::vector<double> factors_, changes_;                                        // scratch
   std::vector<std::size_t> gone_;                                                // contacts
   bool stopped_ = false;  // whether something was taken to stick as it would have turned round

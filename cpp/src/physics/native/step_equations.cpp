@@ -4,12 +4,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scene/body_constants.hpp"
+
 namespace energymargin {
 namespace {
 
 // A spin that changes by less than this share of itself is steady; the midpoint rule goes on until it is.
 constexpr double steady_spin = 1e-9;
 constexpr int midpoint_iterations = 8;
+
+// A load presses contacts in by no more than this [m/s], nor bodies of a thin plate by more than this share of what
+// stops their way.
+constexpr double most_given = 1e-3, most_pressed = 0.5;
 
 // Solutions of a substep for how ways bend.
 constexpr int most_corrections = 4;
@@ -35,9 +41,29 @@ StepEquations::StepEquations(const Scene& scene, MovingBodies& bodies)
       surfaces_(scene.has_surfaces()),
       locks_(bodies.locks()),
       bodies_(bodies),
-      trees_(bodies.trees().size()) {}
+      trees_(bodies.trees().size()) {
+  const Stepping& stepping = scene.stepping();
+  for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
+    const double half = scene.smallest_half_extent(i), margin = collision_margin(half, stepping.margin);
+    const double allowed = allowed_penetration(2.0 * margin, half, half);
+    gives_.push_back(std::min(most_given, most_pressed * error_share * allowed / stepping.step));
+  }
+}
 
+// Contacts that stay open need no rows. Where that was not so, they get them: so all is as if they had had them.
 bool StepEquations::solve(const Substep& substep) {
+  closing_.clear();
+  bool converged = solve_rows(substep);
+  while (solver_.closes()) {
+    for (const OpenContacts& each : solver_.open()) {
+      if (each.closes) closing_.emplace_back(each.a, each.b);
+    }
+    converged = solve_rows(substep);
+  }
+  return converged;
+}
+
+bool StepEquations::solve_rows(const Substep& substep) {
   solver_.clear();
   contact_points_.clear();
   loop_rows_.clear();
@@ -58,6 +84,7 @@ bool StepEquations::solve(const Substep& substep) {
     const ContactPoint& point = substep.contacts[i];
     if (blow && !in_blow_[i]) continue;
     if (mover_of(point.a) < 0 && mover_of(point.b) < 0) continue;
+    if (stays_open(point, substep.duration)) continue;
     if (add_contact(point, substep)) contact_points_.push_back(i);
   }
   const Stepping& stepping = scene_.stepping();

@@ -2,6 +2,7 @@
 // The equations of a substep: from bodies, contacts, joints and motors to velocities, and back.
 
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "physics/bodies/moving_bodies.hpp"
@@ -34,6 +35,9 @@ class StepEquations {
 
   //! Motors and stops are soft in the same sense as contacts.
   static constexpr double softness_share = 1e-5;
+
+  //! This share of an error of the positions is put right in a whole step; Bullet's own value.
+  static constexpr double error_share = 0.2;
 
   //! Joints that follow others, and loops, hold more tightly.
   static constexpr double coupling_softness = 1e-7;
@@ -143,6 +147,9 @@ class StepEquations {
   void add_loop_rows(const LoopConstraint& loop, const LoopGap& gap, bool turns, double duration);
   double add_loop_end(LimitedRow& row, std::size_t body, const btVector3& point, const SpatialVector& along);
   bool close_loops(double duration);
+  bool solve_rows(const Substep& substep);
+  bool stays_open(const ContactPoint& point, double duration);
+  double normal_speed(const End& end, const btVector3& normal, double* row);
   bool add_contact(const ContactPoint& point, const Substep& substep);
   static Frame frame_of(const ContactPoint& point, const Surface& surface);
   bool set_normal(ContactRows& rows, const ContactPoint& point, const Surface& surface, const Substep& substep) const;
@@ -187,8 +194,9 @@ class StepEquations {
   void add_damping_work(double duration);
 
   const Scene& scene_;
-  bool surfaces_;  // whether a body has one, or a pair of bodies its coefficients
-  bool locks_;     // whether a free body has a locked axis
+  std::vector<double> gives_;  // of each body: by how much its contacts may give way under a load [m/s]
+  bool surfaces_;              // whether a body has one, or a pair of bodies its coefficients
+  bool locks_;                 // whether a free body has a locked axis
   MovingBodies& bodies_;
   std::vector<TreeMover> trees_;
   NewtonSolver solver_;
@@ -200,6 +208,8 @@ class StepEquations {
   std::vector<double> fastest_;        // at which those of a root meet that bounce [m/s]
   std::vector<double> lags_, drifts_;  // of all velocities: by which they lag, and by which bodies go on beside them
   std::vector<double> whole_;          // scratch: a row over all velocities of a tree
+  std::vector<double> row_;            // scratch: a normal row over those of two movers
+  std::vector<std::pair<int, int>> closing_;  // movers whose contacts all have rows
 };
 
 //! Calls `visit(tree, velocity, coefficient)` for each joint of a sum that moves.

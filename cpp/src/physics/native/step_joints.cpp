@@ -9,9 +9,6 @@
 namespace energymargin {
 namespace {
 
-// This share of an error of the positions is put right in a whole step; Bullet's own value.
-constexpr double error_share = 0.2;
-
 // Up to this speed errors are put right by the velocities, which no one can tell from rest; beyond, beside them [m/s].
 constexpr double slow = 1e-3;
 

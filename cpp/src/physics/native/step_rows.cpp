@@ -29,6 +29,7 @@ bool StepEquations::add_contact(const ContactPoint& point, const Substep& subste
   add_end(rows, {point.a, point.on_a, point.grip, 1.0}, frame, substep.duration);
   add_end(rows, {point.b, point.on_b, point.grip, -1.0}, frame, substep.duration);
   rows.law.friction = point.friction;
+  rows.gives = std::min(gives_[point.a], gives_[point.b]);
   const double inverse_mass = solver_.inverse_mass(rows, 2);
   rows.law.normal_softness = FrictionLaw::normal_share * inverse_mass;
   if (!(inverse_mass * std::max(scene_.bodies()[point.a].mass, scene_.bodies()[point.b].mass) > least_inverse_mass) ||

@@ -13,11 +13,13 @@ constexpr std::size_t few = 4;  // movers, whose order hardly matters
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
-// Calls `visit` with the rows of an island, contacts first.
+// Calls `visit` with the rows of an island, and with its open contacts, which would have some: the order of movers, and
+// so the bits, are those with them.
 template <typename Visit>
 void for_each_row(const VelocitySystem& system, const Island& island, const Visit& visit) {
   for (const std::size_t i : island.contacts) visit(system.contacts()[i]);
   for (const std::size_t i : island.limited) visit(system.limited()[i]);
+  for (const std::size_t i : island.open) visit(system.open()[i]);
 }
 
 }  // namespace
@@ -33,6 +35,7 @@ void VelocitySystem::clear() {
   numbers_.clear();
   contacts_.clear();
   limited_.clear();
+  open_.clear();
 }
 
 int VelocitySystem::add_mover(int count) {
@@ -79,6 +82,15 @@ LimitedRow& VelocitySystem::add_limited(int a, int b) {
   limited_.emplace_back();
   add_sides(limited_.back(), a, b, 1);
   return limited_.back();
+}
+
+// Those of two movers, in this order, with numbers of zero at first.
+OpenContacts& VelocitySystem::open_contacts(int a, int b) {
+  const auto known = std::find_if(open_.rbegin(), open_.rend(), [=](const auto& of) { return of.a == a && of.b == b; });
+  if (known != open_.rend()) return *known;
+  open_.emplace_back();
+  add_sides(open_.back(), a, b, 1);
+  return open_.back();
 }
 
 double VelocitySystem::inverse_mass(const RowSides& sides, int row) const {
@@ -146,6 +158,7 @@ void Islands::find(const VelocitySystem& system) {
   std::iota(parents_.begin(), parents_.end(), 0);
   for (const ContactRows& rows : system.contacts()) join(rows);
   for (const LimitedRow& row : system.limited()) join(row);
+  for (const OpenContacts& open : system.open()) join(open);
   count_ = 0;
   for (std::size_t i = 0; i < movers; ++i) {
     const int first = root(static_cast<int>(i));
@@ -156,6 +169,7 @@ void Islands::find(const VelocitySystem& system) {
       island.movers.clear();
       island.contacts.clear();
       island.limited.clear();
+      island.open.clear();
     }
     places_[i] = places_[index(first)];
     islands_[index(places_[i])].movers.push_back(static_cast<int>(i));
@@ -167,6 +181,7 @@ void Islands::find(const VelocitySystem& system) {
   };
   for (std::size_t i = 0; i < system.contacts().size(); ++i) add(system.contacts()[i], &Island::contacts, i);
   for (std::size_t i = 0; i < system.limited().size(); ++i) add(system.limited()[i], &Island::limited, i);
+  for (std::size_t i = 0; i < system.open().size(); ++i) add(system.open()[i], &Island::open, i);
   for (std::size_t i = 0; i < count_; ++i) {
     if (!islands_[i].free()) order(system, islands_[i]);
   }

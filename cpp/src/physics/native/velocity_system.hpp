@@ -24,6 +24,7 @@ struct ContactRows : RowSides {
   ContactVector target{};  // of the velocities along the rows [m/s]
   double recovery = 0.0;   // by how much more the bodies are to be moved apart, and not sped up [m/s]
   double still = 0.0;      // velocity along the normal at which they do not part [m/s]
+  double gives = 1e-3;     // at most, under a load: then it is made harder [m/s]
   double rebound = 0.0;    // by how much more they part than if they did not bounce [m/s]
   ContactVector impulse{};
 
@@ -54,6 +55,12 @@ struct LimitedRow : RowSides {
 
   //! The impulse that belongs to the miss.
   double impulse_of_miss() const { return std::min(std::max(miss / softness, low), high); }
+};
+
+//! Contacts of two movers that are open and have no rows. Each of its numbers times how far that velocity is from where
+//! it started, summed up, is less than 1 while they cannot close.
+struct OpenContacts : RowSides {
+  bool closes = false;  // whether one may have, at velocities that the solver has seen
 };
 
 //! Velocities v, their inertia A, and the rows that act on them. Movers are groups with an inertia of their own.
@@ -88,6 +95,7 @@ class VelocitySystem {
   ContactRows& add_contact(int a, int b, int rows = usual_rows);
   void drop_contact() { contacts_.pop_back(); }
   LimitedRow& add_limited(int a, int b);
+  OpenContacts& open_contacts(int a, int b);
   double* numbers(std::size_t begin) { return numbers_.data() + begin; }
   const double* numbers(std::size_t begin) const { return numbers_.data() + begin; }
 
@@ -108,6 +116,7 @@ class VelocitySystem {
   const std::vector<ContactRows>& contacts() const { return contacts_; }
   std::vector<LimitedRow>& limited() { return limited_; }
   const std::vector<LimitedRow>& limited() const { return limited_; }
+  const std::vector<OpenContacts>& open() const { return open_; }
   const std::vector<double>& inertias() const { return inertias_; }
   const std::vector<double>& all_free() const { return free_; }
   const std::vector<double>& all_velocities() const { return velocities_; }
@@ -124,6 +133,7 @@ class VelocitySystem {
   std::vector<double> inertias_, inverse_diagonal_, free_, velocities_, recovery_, numbers_;
   std::vector<ContactRows> contacts_;
   std::vector<LimitedRow> limited_;
+  std::vector<OpenContacts> open_;
 
  private:
   void keep_diagonals();
@@ -132,14 +142,14 @@ class VelocitySystem {
   std::size_t kept_ = 0;  // movers whose diagonals are kept
 };
 
-//! Movers, contacts and limited rows by their places in the system.
+//! Movers, contacts, limited rows and open contacts by their places in the system.
 struct Island {
   std::vector<int> movers;
-  std::vector<std::size_t> contacts, limited;
+  std::vector<std::size_t> contacts, limited, open;
   std::vector<int> first;  //!< column of each row of its matrix that is not zero
 
   //! Whether nothing acts on it but its loads.
-  bool free() const { return contacts.empty() && limited.empty(); }
+  bool free() const { return contacts.empty() && limited.empty() && open.empty(); }
 };
 
 //! The islands of a system; each has equations of its own.
