@@ -1,6 +1,6 @@
 """The command line: energymargin demo | tasks | generate | import | score | evaluate | export |
-learn | rank | compare | limits | settle | placements | grasps | report | view. Each command has its
-own file; other packages register more, as `reproduce`.
+learn | rank | compare | limits | settle | doctor | placements | grasps | report | view. Each
+command has its own file; other packages register more, as `reproduce`.
 
 A command is imported when it is called, and heavy modules where they are used, so that --help
 answers at once.
@@ -53,7 +53,7 @@ OWN = (
         "compare",
         "limits",
     ),
-    *("settle", "placements", "grasps", "report", "import", "view"),
+    *("settle", "doctor", "placements", "grasps", "report", "import", "view"),
 )
 
 

@@ -9,6 +9,7 @@ from energymargin.base.errors import needs_extra
 with needs_extra("a model of MuJoCo", "mujoco"):
     import mujoco  # noqa: F401
 
+from energymargin.mujoco.doctor import Diagnosis, Finding, doctor
 from energymargin.mujoco.engine import Engine
 from energymargin.mujoco.mjcf import model_of, to_mjcf
 from energymargin.mujoco.questions import problem
@@ -16,8 +17,11 @@ from energymargin.mujoco.replay import Replay, replay
 from energymargin.mujoco.states import set_state, state, targets
 
 __all__ = [
+    "Diagnosis",
     "Engine",
+    "Finding",
     "Replay",
+    "doctor",
     "model_of",
     "problem",
     "replay",

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from energymargin.act.limits import CriticalValues
     from energymargin.act.outcomes import OutcomeComparison
     from energymargin.grasps import GraspLimits
+    from energymargin.mujoco import Diagnosis
 
 
 def critical_value(one: CriticalValue) -> Summary:
@@ -74,6 +75,12 @@ def _of_grasp(one: CriticalValue | None, error: str | None) -> str:
     if one is None:
         return error or "not made"
     return f"{_where_it_holds(one)[0]}\n{_where_it_holds(one)[1]}"
+
+
+def diagnosis(found: Diagnosis) -> Summary:
+    """A row for each finding."""
+    rows = [(one.kind, one.where, one.text) for one in found.findings]
+    return Summary("", rows, ("what", "where", "how"), [] if rows else ["Nothing was found."])
 
 
 def outcome_comparison(found: OutcomeComparison) -> Summary:
