@@ -4,13 +4,14 @@ import importlib
 import inspect
 import re
 import shlex
-import sys
 from pathlib import Path
 
 import pytest
 from command_line import every_command, invoke
 
 import energymargin as em
+import reference
+import reference_headers
 from energymargin import _core
 from energymargin.act.surrogates import surrogate
 from energymargin.evaluate.store import schema
@@ -21,8 +22,12 @@ DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
 
 API = "\n".join(page.read_text() for page in sorted((DOCS / "api/python").glob("*.md")))
-MODULES = re.findall(r"automodule:: (energymargin[\w.]*)\n   :members:", API)
-NAMED = set(re.findall(r"auto(?:class|function|exception):: (\w+)", API))
+MODULES = re.findall(r"<!-- reference: (energymargin[\w.]*)(?: but .*)? -->", API)
+NAMED = {
+    name
+    for names in re.findall(r"<!-- reference: energymargin[\w.]*: (.*) -->", API)
+    for name in names.split(", ")
+}
 EXTRAS = ("gym", "plots", "report", "viewer")  # of energymargin, imported when they are asked for
 
 # Pages whose Python runs from top to bottom as it is written.
@@ -45,23 +50,23 @@ RUNNING = [
 SERVES = "energymargin view"  # until it is stopped
 
 
-@pytest.fixture
-def extensions(monkeypatch):
-    monkeypatch.syspath_prepend(str(DOCS / "_ext"))
-    yield importlib.import_module
-    for name in ("commands", "constants", "headers"):
-        sys.modules.pop(name, None)
-
-
 def documented(thing):
     return bool((inspect.getdoc(thing) or "").strip())
+
+
+def public(module):
+    return getattr(module, "__all__", ())
 
 
 @pytest.mark.parametrize("name", sorted({*em.__all__, *EXTRAS}))
 def test_each_public_name_has_a_docstring_and_is_on_a_page_of_the_interface(name):
     thing = getattr(em, name)
     assert documented(thing)
-    on_a_page = f"energymargin.{name}" in MODULES if inspect.ismodule(thing) else name in NAMED
+    of_modules = {
+        inside for module in MODULES for inside in public(importlib.import_module(module))
+    }
+    named = NAMED | of_modules
+    on_a_page = f"energymargin.{name}" in MODULES if inspect.ismodule(thing) else name in named
     assert on_a_page, f"docs/api/python has no {name}"
 
 
@@ -69,7 +74,7 @@ def test_each_public_name_has_a_docstring_and_is_on_a_page_of_the_interface(name
 def test_each_public_name_of_a_module_has_a_docstring(name):
     module = importlib.import_module(name)
     assert documented(module)
-    things = [getattr(module, public) for public in module.__all__]
+    things = [getattr(module, name) for name in public(module)]
     without = [t.__name__ for t in things if inspect.isroutine(t) or inspect.isclass(t)]
     assert not [n for n in without if not documented(getattr(module, n, None))]
 
@@ -85,16 +90,28 @@ def test_each_member_of_a_compiled_class_has_a_docstring(module):
     assert without == []
 
 
-def test_each_module_has_its_public_values_on_its_page(extensions):
-    constants = extensions("constants").constants
-    for name in MODULES:
-        assert f"```{{constants}} {name}\n" in API
-    assert {"CAPTURED_COLOR", "LOST_COLOR"} <= set(constants("energymargin.plots"))
+@pytest.mark.parametrize("page", sorted(reference.pages()), ids=lambda page: page.stem)
+def test_a_page_of_the_reference_is_current(page):
+    assert page.read_text() == reference.current(page), "python tools/reference.py"
 
 
-def test_each_command_and_option_is_on_the_page_of_commands(extensions):
-    page = extensions("commands").page()
-    assert "```{commands}" in (DOCS / "cli.md").read_text()
+def test_each_module_has_its_public_values_on_its_page():
+    page = (DOCS / "api/python/pictures.md").read_text()
+    assert "| `CAPTURED_COLOR` | `'#" in page and "| `LOST_COLOR` | `'#" in page
+
+
+def test_each_public_thing_has_its_heading_its_arguments_and_its_members():
+    for name in sorted({*em.__all__} & NAMED):
+        assert re.search(rf"(?m)^##+ em\.{name}$", API), name
+    (rank,) = re.findall(r"(?ms)^## em\.rank$(.*?)^## ", API)
+    arguments = inspect.signature(em.rank).parameters
+    assert [name for name in arguments if f"- `{name}`: " not in rank] == []
+    (ranking,) = re.findall(r"(?ms)^## em\.Ranking$(.*?)^## ", API)
+    assert "| `standings` | The best first:" in ranking and ".to_csv() -> str" in ranking
+
+
+def test_each_command_and_option_is_on_the_page_of_commands():
+    page = (DOCS / "cli.md").read_text()
     found = every_command()
     assert len(found) > 20
     for name, command in found.items():
@@ -104,17 +121,15 @@ def test_each_command_and_option_is_on_the_page_of_commands(extensions):
         assert all(word in text for word in names if word.startswith("-")), name
 
 
-def test_each_header_is_on_a_page_with_all_that_it_declares(extensions):
-    headers = extensions("headers")
+def test_each_header_is_on_a_page_with_all_that_it_declares():
+    pages = "".join(page.read_text() for page in (DOCS / "api/cpp").glob("*.md"))
     for folder in (".", "metrics", "search"):
-        assert f"{{headers}} {folder}\n" in "".join(
-            page.read_text() for page in (DOCS / "api/cpp").glob("*.md")
-        )
-        for path in headers.headers(folder):
+        assert f"<!-- reference: headers {folder} -->\n" in pages
+        for path in reference_headers.headers(folder):
             text = path.read_text()
-            code = "\n".join(line for d in headers.declarations(text) for line in d.code)
+            (code,) = re.findall(rf"(?ms)^## {path.stem}$(.*?)(?=^## |^<!-- end)", pages)
             declared = re.findall(r"(?m)^(?:struct|class|enum class) (\w+)\b(?!;)", text)
-            assert headers.introduction(text)
+            assert reference_headers.introduction(text)
             assert all(re.search(rf"\b{name}\b", code) for name in declared), path.name
             assert "namespace energymargin" not in code
 

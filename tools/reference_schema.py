@@ -1,4 +1,4 @@
-"""```{problem-schema}``` writes the keys of a problem file, from its JSON Schema."""
+"""The keys of a problem file as Markdown, from its JSON Schema."""
 
 from __future__ import annotations
 
@@ -6,11 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from docutils import nodes
-from sphinx.application import Sphinx
-from sphinx.util.docutils import SphinxDirective
-
-SCHEMA = Path(__file__).parents[2] / "cpp/src/problem_io/problem.schema.json"
+SCHEMA = Path(__file__).parents[1] / "cpp/src/problem_io/problem.schema.json"
 WORDS = {"array": "list", "object": "object", "boolean": "true or false"}
 
 
@@ -63,18 +59,3 @@ def _bounds(value: dict[str, Any]) -> str:
 
 def _cell(text: str) -> str:
     return text.replace("|", "\\|")
-
-
-class ProblemSchema(SphinxDirective):
-    """Parses the tables where it stands."""
-
-    def run(self) -> list[nodes.Node]:
-        """Its sections."""
-        self.env.note_dependency(str(SCHEMA))
-        return self.parse_text_to_nodes(page(), allow_section_headings=True)
-
-
-def setup(app: Sphinx) -> dict[str, Any]:
-    """Adds the directive."""
-    app.add_directive("problem-schema", ProblemSchema)
-    return {"parallel_read_safe": True}

@@ -1,4 +1,4 @@
-"""The C++ interface: ```{headers} search``` writes what the public headers of a folder declare.
+"""The C++ interface as Markdown: what the public headers of a folder declare.
 
 Each header is a section: the comment at its top, and then a declaration after another with the
 `//!` comment above it as prose. The headers are laid out by clang-format, so a declaration of a
@@ -11,13 +11,9 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
-from docutils import nodes
-from sphinx.application import Sphinx
-from sphinx.util.docutils import SphinxDirective
-
-FOLDER = Path(__file__).parents[2] / "cpp/include/energymargin"
+FOLDER = Path(__file__).parents[1] / "cpp/include/energymargin"
+MARKUP = re.compile(r"[*<]|(?<!\w)_|_(?!\w)|\[(?=[^\]]*\][(\[])")
 SKIPPED = re.compile(r"#|namespace\b|}  // namespace|using namespace|(class|struct) \w+;")
 
 
@@ -83,34 +79,14 @@ def section(path: Path) -> str:
     """A header as Markdown."""
     text = path.read_text()
     included = path.relative_to(FOLDER.parent)
-    lines = [f"## {path.stem}", "", f"`#include <{included}>`", "", _prose(introduction(text)), ""]
+    lines = [f"## {path.stem}", "", f"`#include <{included}>`", "", prose(introduction(text)), ""]
     for declaration in declarations(text):
-        lines += [_prose(" ".join(declaration.comment)), "", "```cpp", *declaration.code, "```", ""]
+        lines += [prose(" ".join(declaration.comment)), "", "```cpp", *declaration.code, "```", ""]
     return "\n".join(lines)
 
 
-def _prose(text: str) -> str:
+def prose(text: str) -> str:
     """Without markup by chance."""
     parts = re.split(r"(`[^`]*`)", text)
-    parts[::2] = [re.sub(r"([*_<>|$\[\]])", r"\\\1", part) for part in parts[::2]]
+    parts[::2] = [MARKUP.sub(r"\\\g<0>", part) for part in parts[::2]]
     return "".join(parts)
-
-
-class Headers(SphinxDirective):
-    """Parses the sections where it stands."""
-
-    required_arguments = 1
-
-    def run(self) -> list[nodes.Node]:
-        """A section a header."""
-        paths = headers(self.arguments[0])
-        for path in paths:
-            self.env.note_dependency(str(path))
-        text = "\n".join(map(section, paths))
-        return self.parse_text_to_nodes(text, allow_section_headings=True)
-
-
-def setup(app: Sphinx) -> dict[str, Any]:
-    """Adds the directive."""
-    app.add_directive("headers", Headers)
-    return {"parallel_read_safe": True}
