@@ -53,7 +53,7 @@ WHEEL := $(if $(shell command -v g++),,$(lastword $(sort $(wildcard dist/energym
 .DELETE_ON_ERROR:
 
 demo: $(if $(WHEEL),.venv/wheel,.venv/built)
-	$(BIN)/energymargin demo
+	$(BIN)/energymargin demo --trajectories 50 --trials 30
 
 test: .venv/built .venv/browser
 	$(BIN)/ctest --test-dir build --output-on-failure --parallel 2

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -204,12 +205,23 @@ def test_ctrl_c_keeps_what_is_scored_and_the_same_command_goes_on_to_the_same_sc
         assert np.array_equal(again[metric], values)
 
 
+def test_the_demo_runs_without_what_draws(folder, monkeypatch):
+    monkeypatch.setattr(import_module("energymargin.cli.demo"), "find_spec", lambda _: None)
+    few = ("--trajectories", 4, "--nodes", 5, "--trials", 2)
+    done = run_here("demo", "-o", "bare", *few, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert "pip install 'energymargin[plots]'" in done.stderr and "Next: " in done.stderr
+    names = {path.name for path in (folder / "bare").iterdir()}
+    assert names == {".energymargin", "push.h5", "push-scores.db", "table.md", "table.csv"}
+
+
 def test_the_demo_leaves_its_files_and_a_second_run_computes_nothing_anew(folder):
     arguments = ["demo", "-o", "out", "--trajectories", 6, "--nodes", 10, "--trials", 2]
     done = run(*arguments, cwd=folder)
     assert done.returncode == 0, done.stderr
     assert "capture" in done.stdout and "5 cm below the head" in done.stdout
-    assert "about a minute" in done.stderr.splitlines()[0]
+    assert "some 20 s on two cores" in " ".join(done.stderr.splitlines()[:2])
+    assert "Next: `energymargin grasps FILE" in done.stderr
     names = {path.name for path in (folder / "out").iterdir()}
     assert names == {
         ".energymargin",
