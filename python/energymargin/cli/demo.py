@@ -81,7 +81,7 @@ def demo(
     out.print()
     out.print(summary(scores))
     if find_spec("matplotlib") is None:
-        say("Pictures of all that need matplotlib: pip install 'energymargin[plots]'")
+        say(escape("Pictures of all that need matplotlib: pip install 'energymargin[plots]'"))
     else:
         _draw(dataset, labelled, settings, scores, output)
     written = sorted(path.name for path in output.iterdir() if path.suffix in SUFFIXES)
