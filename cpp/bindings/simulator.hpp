@@ -20,12 +20,7 @@ EngineChoice convert(Type<EngineChoice>, const std::string& name, const py::hand
 //! The word, or the em.engines.Engine.
 py::object engine_of(const Scene& scene);
 
+//! What stubs call it.
+constexpr auto name_of_given(Type<EngineChoice>) { return pybind11::detail::const_name("typing.Any"); }
+
 }  // namespace energymargin::binding
-
-namespace pybind11::detail {
-
-constexpr auto name_of_given(energymargin::Type<energymargin::binding::EngineChoice>) {
-  return const_name("typing.Any");
-}
-
-}  // namespace pybind11::detail

@@ -172,7 +172,7 @@ def _limits_of(
     return done
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Search:
     """What is asked about one grasp."""
 

@@ -187,7 +187,7 @@ def resting_poses(
     return RestingPoses(shape, poses, mass, done, done == count or not basins)
 
 
-@dataclass
+@dataclass(eq=False)
 class Basin:
     """A pose, and the faces from which the body comes to it."""
 

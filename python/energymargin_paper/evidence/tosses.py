@@ -133,7 +133,7 @@ class Job:
     folder: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Ended:
     """How it ends."""
 

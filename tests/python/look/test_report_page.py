@@ -35,7 +35,7 @@ def test_a_narrow_page_shows_that_a_table_goes_on_and_pictures_are_framed(
         with Image.open(io.BytesIO(table.screenshot())) as image:
             return image.convert("L").getpixel((image.width - 1, image.height // 2 + 3))
 
-    with watched_page(chromium, (500, 900)) as (page, _):
+    with watched_page(chromium, (320, 900)) as (page, _):
         page.emulate_media(color_scheme=scheme)
         page.goto((pushes_report / "report.html").as_uri())
         table = page.locator("#tables .scroll").first
