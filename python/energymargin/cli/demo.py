@@ -67,10 +67,11 @@ def demo(
         f"{trajectories} pushes, each state of which is scored, and six grips of a mallet. With 6 "
         "pushes and 8 trials a grip this takes some 20 s on two cores, with 50 and 30 a minute."
     )
-    with bar(f"Generating {TASK}", "trajectories") as progress:
-        asked: Any = {"trajectories": trajectories, "frames": FRAMES, "seed": settings.seed}
-        path = output / f"{TASK}.h5"
-        datasets.generate(TASK, path=path, progress=progress, **asked).close()
+    path = output / f"{TASK}.h5"
+    if not _is_there(path, trajectories, settings.seed):
+        with bar(f"Generating {TASK}", "trajectories") as progress:
+            asked: Any = {"trajectories": trajectories, "frames": FRAMES, "seed": settings.seed}
+            datasets.generate(TASK, path=path, progress=progress, **asked).close()
     dataset = datasets.load(path)
     database = output / f"{TASK}-scores.db"
     metrics = dataset_metrics(dataset, None, settings)
@@ -103,3 +104,13 @@ def _draw(
     replace_figure(output / "qualitative.png", trees)
     replace_figure(output / "scores.png", figure_along(dataset, labelled))
     draw_grips(scores, output)
+
+
+def _is_there(path: Path, trajectories: int, seed: int) -> bool:
+    """Whether a file has these pushes already."""
+    from energymargin import datasets
+
+    if not path.exists():
+        return False
+    with datasets.load(path) as found:
+        return bool(found.seed == seed and found.lengths.tolist() == [FRAMES] * trajectories)
