@@ -84,7 +84,7 @@ bool StepEquations::solve_rows(const Substep& substep) {
     const ContactPoint& point = substep.contacts[i];
     if (blow && !in_blow_[i]) continue;
     if (mover_of(point.a) < 0 && mover_of(point.b) < 0) continue;
-    if (stays_open(point, substep.duration)) continue;
+    if (stays_open(point, substep)) continue;
     if (add_contact(point, substep)) contact_points_.push_back(i);
   }
   const Stepping& stepping = scene_.stepping();

@@ -148,7 +148,7 @@ class StepEquations {
   double add_loop_end(LimitedRow& row, std::size_t body, const btVector3& point, const SpatialVector& along);
   bool close_loops(double duration);
   bool solve_rows(const Substep& substep);
-  bool stays_open(const ContactPoint& point, double duration);
+  bool stays_open(const ContactPoint& point, const Substep& substep);
   double normal_speed(const End& end, const btVector3& normal, double* row);
   bool add_contact(const ContactPoint& point, const Substep& substep);
   static Frame frame_of(const ContactPoint& point, const Surface& surface);

@@ -14,15 +14,18 @@ constexpr double most_loaded = 0.7;
 // What is nearer than this is closed by any load, or nearly so [m/s].
 constexpr double least_lacking = 0.02;
 
-// In a pile of more movers something closes in nearly each step, and all would be solved again.
-constexpr std::size_t most_movers = 8;
+// Of fewer contacts rows cost little. Among more movers something closes in nearly each step, and all would be solved
+// again.
+constexpr std::size_t few_contacts = 32, most_movers = 4;
 
 }  // namespace
 
 // Whether a contact gets no rows: its bodies part by so much, or are so far apart, that it is open at the velocities of
 // the state, and under the loads. The solver looks whether it stays so.
-bool StepEquations::stays_open(const ContactPoint& point, double duration) {
-  if (surfaces_ || !(point.distance > least_lacking * duration) || solver_.movers().size() > most_movers) return false;
+bool StepEquations::stays_open(const ContactPoint& point, const Substep& substep) {
+  const double duration = substep.duration;
+  if (surfaces_ || substep.contacts.size() < few_contacts || solver_.movers().size() > most_movers) return false;
+  if (!(point.distance > least_lacking * duration)) return false;
   const int a = mover_of(point.a), b = mover_of(point.b);
   if (a == b || bears(point)) return false;
   if (std::find(closing_.begin(), closing_.end(), std::pair(a, b)) != closing_.end()) return false;
