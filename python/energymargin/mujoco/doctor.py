@@ -20,6 +20,7 @@ MOVED = 1e-3  # m; what moves by more is not at rest
 CREEP = 5e-5  # m/s; a faster one lets an object slip by a millimetre in twenty seconds
 WINDOW = 0.5  # s; over which a creep is measured, at the end
 STILL = 0.02  # m/s; what is faster slides or falls, and does not creep
+FEW = 3  # geoms that are named
 STEPS_OF_SOLREF = 2.0  # a time constant below so many steps is as stiff as none
 DIVERGES = (
     *(mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL),
@@ -98,6 +99,14 @@ def _body(model: Any, geom: int) -> str:
     return _name(model, mujoco.mjtObj.mjOBJ_BODY, int(model.geom_bodyid[geom]))
 
 
+def _geoms(model: Any, chosen: NDArray[np.bool_]) -> str:
+    """The names of some geoms; of many the first."""
+    numbers = np.flatnonzero(chosen).tolist()
+    names = [_name(model, mujoco.mjtObj.mjOBJ_GEOM, one) for one in numbers[:FEW]]
+    more = [f"and {len(numbers) - FEW} more"] if len(numbers) > FEW else []
+    return ", ".join([*names, *more])
+
+
 def _overlaps(model: Any, start: Any) -> Iterator[Finding]:
     data = copy(start)
     mujoco.mj_forward(model, data)
@@ -116,21 +125,18 @@ def _settings(model: Any) -> Iterator[Finding]:
     collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
     constant = model.geom_solref[:, 0]
     quick = collides & (constant > 0) & (constant < STEPS_OF_SOLREF * step)
-    kind = mujoco.mjtObj.mjOBJ_GEOM
     if quick.any():
         least = float(constant[quick].min())
-        names = ", ".join(_name(model, kind, int(k)) for k in np.flatnonzero(quick))
         text = (
             f"solref {least:g} s is below two steps of {step:g} s: contacts are softer than it "
             "says, or ring; a timestep of half of it, or a longer solref"
         )
-        yield Finding("solref", names, text)
+        yield Finding("solref", _geoms(model, quick), text)
     pushes = collides & (model.geom_margin - model.geom_gap > 0)
     if pushes.any():
-        names = ", ".join(_name(model, kind, int(k)) for k in np.flatnonzero(pushes))
         most = 1e3 * float((model.geom_margin - model.geom_gap)[pushes].max())
         text = f"margin pushes things off from {most:.3g} mm away; gap=margin looks without pushing"
-        yield Finding("margin", names, text)
+        yield Finding("margin", _geoms(model, pushes), text)
 
 
 def _weak_drives(model: Any, start: Any) -> Iterator[Finding]:
