@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 from scipy.special import betaln, xlog1py, xlogy
 
-from energymargin.act.racing import duel
+from energymargin.act.racing import Duel
 from energymargin.base.checks import share, shown
 from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
@@ -74,9 +74,10 @@ def compare(a: Outcomes, b: Outcomes, *, confidence: float = 0.95) -> OutcomeCom
         second = second[[of_second.index(seed) for seed in both]]
     pairs = min(len(first), len(second))
     first, second = first[:pairs], second[:pairs]
-    duels = [duel(first[:n], second[:n]) for n in range(1, pairs + 1)]
-    others = [duel(second[:n], first[:n]) for n in range(1, pairs + 1)]
-    wins, losses = (np.array([one.better for one in each]) for each in (duels, others))
+    won, lost = np.cumsum(first > second).tolist(), np.cumsum(first < second).tolist()
+    each = list(zip(won, lost, range(1, pairs + 1), strict=True))
+    wins = np.array([Duel(a, b, n).better for a, b, n in each])
+    losses = np.array([Duel(b, a, n).better for a, b, n in each])
     # Each of the two claims has half of the errors, so that both together have what was asked.
     needed = 1.0 - (1.0 - confidence) / 2.0
     decided = np.flatnonzero(np.maximum(wins, losses) >= needed)
@@ -84,8 +85,7 @@ def compare(a: Outcomes, b: Outcomes, *, confidence: float = 0.95) -> OutcomeCom
     return OutcomeComparison(
         (float(first.mean()), float(second.mean())),
         (_rate(first, confidence), _rate(second, confidence)),
-        duels[-1].wins,
-        duels[-1].losses,
+        *(won[-1], lost[-1]),
         pairs,
         "" if when is None else "a" if wins[when] >= needed else "b",
         confidence,

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from energymargin._core import Feedback, Plan, Problem
-from energymargin.base.checks import one_of
+from energymargin.base.checks import one_of, positive_number
 from energymargin.model.plans import in_steps
 
 
@@ -49,7 +49,7 @@ def _horizon(problem: Problem, name: str, _: str) -> Quantity:
     step = problem.scene.step
 
     def over(value: float) -> Problem:
-        return problem.replace(horizon=max(1, round(value / step)) * step)
+        return problem.replace(horizon=max(1, round(positive_number(name, value) / step)) * step)
 
     return Quantity(name, "s", problem.horizon, over)
 
@@ -74,8 +74,11 @@ def _plan_of(problem: Problem, name: str) -> Plan:
 
 
 def _speed(problem: Problem, name: str, _: str) -> Quantity:
-    """Rows last shorter, and motors are asked for more; the horizon is shorter likewise."""
-    plan, horizon = _plan_of(problem, name), problem.horizon or 0.0
+    """Rows last shorter, and motors are asked for more; the horizon is shorter likewise, and the
+    state stays as it is."""
+    plan, horizon = _plan_of(problem, name), problem.horizon
+    if horizon is None:
+        raise ValueError("vary is 'speed', and the problem has no horizon: replace(horizon=1.0)")
     if plan.feedback is not None:
         raise ValueError(f"vary is 'speed', and the plan is {plan!r}, expected one of rows alone")
 
@@ -83,7 +86,9 @@ def _speed(problem: Problem, name: str, _: str) -> Quantity:
         step = problem.scene.step
         moves = {body: value * rows for body, rows in plan.velocities.items()}
         rows: dict[str, Any] = {"wrenches": plan.wrenches, "targets": plan.targets}
-        quick = Plan(plan.step / value, velocities=moves, limits=plan.limits, **rows)
+        quick = Plan(
+            plan.step / positive_number(name, value), velocities=moves, limits=plan.limits, **rows
+        )
         quick = in_steps(quick, step)
         # A horizon is whole steps, and no longer than the plan.
         end = min(round(horizon / value / step), int(quick.duration / step + ALMOST))

@@ -139,6 +139,12 @@ def test_a_tray_may_go_so_much_faster():
     assert found[0].value == pytest.approx(speed, rel=0.02)
 
 
+@pytest.mark.parametrize("name", ["speed", "horizon"])
+def test_a_range_that_holds_no_time_is_refused_by_the_quantity(name):
+    with pytest.raises(ValueError, match=f"no problem has {name} 0: .*change the range"):
+        em.critical_values(on_tray(), {name: (0.0, 4.0)})
+
+
 def damped(delay=2, gain=10.0):
     """A free body that a feedback slows down: v' = -gain v, some periods later."""
     scene = em.Scene(gravity=(0, 0, 0))
