@@ -114,10 +114,10 @@ def critical_values(
             if not found:
                 raise
             found.append(CriticalValue.unknown(one.name, one.unit, ends, like=found[0]))
-    first = found[0]
+    first, engine = found[0], problem.scene.engine
     question = (
         f"Asked: captured for {problem.horizon:g} s with probability {first.probability:g}; "
-        f"intervals of {first.confidence:g}; engine {problem.scene.engine}; seed "
+        f"intervals of {first.confidence:g}; engine {getattr(engine, 'name', engine)}; seed "
         f"{asked.get('seed', 0)}; algorithm {algorithm()}."
     )
     return CriticalValues(tuple(found), tuple(one.nominal for one in quantities), question)

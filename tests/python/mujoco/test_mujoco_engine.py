@@ -259,3 +259,18 @@ def test_engines_are_compared_on_the_same_draws():
     above, below = em.plots.figure_engines(comparison).axes
     assert len(below.lines) == 3
     assert above.get_ylim()[1] > 1
+
+
+def test_how_much_it_can_take_is_asked_in_mujoco_and_what_cannot_be_varied_there_is_named():
+    model = mujoco.MjModel.from_xml_string(
+        """<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1" friction=".5"/>
+        <body name="cup" pos="0 0 .05"><freejoint/>
+        <geom type="box" size=".04 .04 .05" mass=".3" friction=".5"/></body></worldbody></mujoco>"""
+    )
+    place = em.regions.Ball("cup", (0, 0, 0.05), 0.02)
+    asked = {"force": (2, 2, 0), "torque": (0, 0, 0), "duration": 0.2, "horizon": 0.5}
+    problem = em.mujoco.problem(model, objects="cup", captured=place, **asked)
+    found = em.critical_values(problem, {"push": (0, 20)}, draws=80)
+    assert found[0].side == "below" and "engine mujoco" in found.question
+    with pytest.raises(ValueError, match="no problem has friction.cup .*'mujoco'"):
+        em.critical_values(problem, {"friction.cup": (0.05, 1.0)}, draws=80)
