@@ -272,5 +272,5 @@ def test_how_much_it_can_take_is_asked_in_mujoco_and_what_cannot_be_varied_there
     problem = em.mujoco.problem(model, objects="cup", captured=place, **asked)
     found = em.critical_values(problem, {"push": (0, 20)}, draws=80)
     assert found[0].side == "below" and "engine mujoco" in found.question
-    with pytest.raises(ValueError, match="no problem has friction.cup .*'mujoco'"):
+    with pytest.raises(ValueError, match=r"no problem has friction\.cup .*'mujoco'"):
         em.critical_values(problem, {"friction.cup": (0.05, 1.0)}, draws=80)
