@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from energymargin._core import Feedback, Plan, Problem
 from energymargin.base.checks import one_of, positive_number
+from energymargin.model.engines import Engine, with_varied
 from energymargin.model.plans import in_steps
 
 
@@ -31,13 +32,19 @@ def quantity_of(problem: Problem, name: str) -> Quantity:
     """A quantity by its name.
 
     "push" is the largest force of a disturbance [N], of which its forces and torques are scaled;
-    "horizon" [s], in whole steps; "speed" of a plan, 1 as it is; "delay" of a feedback or a named
-    policy [s], in whole control periods; "gain" of a feedback, 1 as it is; "friction.BODY",
+    "horizon" [s], in whole steps; "speed" of a plan, 1 as it is; "delay" of a feedback or a policy
+    [s], in whole control periods; "gain" of a feedback, 1 as it is; "friction.BODY",
     "friction.BODY,BODY" of a pair; "mass.BODY" [kg]; "force.JOINT", the largest of its drive [N] or
     [N m]; "x.BODY", "y.BODY", "z.BODY" and "rx.BODY", "ry.BODY", "rz.BODY" move a free body along
-    an axis of the world [m] or turn it about one [rad]. Raises ValueError on another name, and on
-    what has no such quantity.
+    an axis of the world [m] or turn it about one [rad]. An em.engines.Engine has those that it
+    `varies`. Raises ValueError on another name, and on what has no such quantity.
     """
+    engine = problem.scene.engine
+    if isinstance(engine, Engine) and name in engine.varies:
+        unit = "kg" if name.startswith("mass.") else ""
+        return Quantity(
+            name, unit, engine.varies[name], lambda value: with_varied(problem, {name: value})
+        )
     kind, _, of = name.partition(".")
     one_of("vary", f"{kind}.{OF.get(kind, 'BODY')}" if of else kind, KINDS)
     return QUANTITIES[kind](problem, name, of)
@@ -107,7 +114,7 @@ def _delay(problem: Problem, name: str, _: str) -> Quantity:
         delay = round(value / law["period"])
         if plan.policy is None:
             return problem.replace(plan=_with_law(plan, delay=delay))
-        return _edited(problem, lambda whole: whole["plan"]["policy"].update(delay=delay))
+        return problem.replace(plan=plan.policy.delayed(delay))
 
     return Quantity(name, "s", law["delay"] * law["period"], late)
 

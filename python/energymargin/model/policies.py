@@ -115,8 +115,10 @@ class Policy(PolicyPlan):
             env: of gymnasium. One of em.gym says the rest itself, if all drives of its task are the
                 agent's.
             model: an agent with `predict(observations, deterministic=True)`, as those of
-                stable-baselines3; a module of torch; or a function of observations (n, d) that
-                returns actions (n, a).
+                stable-baselines3; one with `predict_action_chunk(observations)` and
+                `config.n_action_steps`, as those of LeRobot, which is to see one observation; a
+                module of torch; or a function of observations (n, d), or a dict of them by the
+                names of a Dict space, that returns actions (n, a).
             observe: what the agent sees of your scene, names or a function as of em.Policy.
             command: what the agent commands in your scene, m names.
             convert: from actions (n, a) to the commanded numbers (n, m); None: they are these.
@@ -139,6 +141,12 @@ class Policy(PolicyPlan):
         begun = Policy(**{**self._arguments, "name": named})
         begun._first = begun._commands(np.asarray(action)[None], 1)
         return begun
+
+    def delayed(self, delay: int) -> Policy:
+        """The policy whose answers act so many control periods later."""
+        late = Policy(**{**self._arguments, "delay": delay})
+        late._first = self._first
+        return late
 
     def __reduce__(self) -> tuple[Any, ...]:
         """With its code; ValueError if that cannot be pickled."""
