@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from energymargin._core import Feedback, Plan, Problem
@@ -91,17 +92,37 @@ def _speed(problem: Problem, name: str, _: str) -> Quantity:
 
     def faster(value: float) -> Problem:
         step = problem.scene.step
-        moves = {body: value * rows for body, rows in plan.velocities.items()}
-        rows: dict[str, Any] = {"wrenches": plan.wrenches, "targets": plan.targets}
-        quick = Plan(
-            plan.step / positive_number(name, value), velocities=moves, limits=plan.limits, **rows
-        )
-        quick = in_steps(quick, step)
+        longer = max(step * positive_number(name, value) / plan.step, 1.0)  # in rows, as of now
+        moves = {b: value * _means(rows, longer) for b, rows in plan.velocities.items()}
+        pushes = {b: _means(rows, longer) for b, rows in plan.wrenches.items()}
+        targets = {j: _lasts(rows, longer) for j, rows in plan.targets.items()}
+        given: dict[str, Any] = {"wrenches": pushes, "targets": targets, "velocities": moves}
+        quick = in_steps(Plan(longer * plan.step / value, limits=plan.limits, **given), step)
         # A horizon is whole steps, and no longer than the plan.
         end = min(round(horizon / value / step), int(quick.duration / step + ALMOST))
         return problem.replace(plan=quick, horizon=max(1, end) * step)
 
     return Quantity(name, "", 1.0, faster)
+
+
+def _means(rows: NDArray[np.float64], longer: float) -> NDArray[np.float64]:
+    """Means of rows (K, 6) over rows that are so many times longer."""
+    if longer == 1.0:
+        return rows
+    whole = np.concatenate([np.zeros((1, rows.shape[1])), np.cumsum(rows, axis=0)])
+    ends = _ends(len(rows), longer)
+    sums = [np.interp(ends, np.arange(len(rows) + 1), column) for column in whole.T]
+    return np.asarray(np.diff(np.stack(sums, axis=1), axis=0) / longer)
+
+
+def _lasts(rows: NDArray[np.float64], longer: float) -> NDArray[np.float64]:
+    """The last of the rows (K,) in each that is so many times longer."""
+    places = np.ceil(_ends(len(rows), longer)[1:] - ALMOST).astype(int) - 1
+    return np.asarray(rows[places])
+
+
+def _ends(count: int, longer: float) -> NDArray[np.float64]:
+    return np.minimum(longer * np.arange(int(np.ceil(count / longer - ALMOST)) + 1), count)
 
 
 def _delay(problem: Problem, name: str, _: str) -> Quantity:
