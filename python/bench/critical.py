@@ -19,7 +19,7 @@ from scipy import stats
 
 import energymargin as em
 
-__all__ = ["CASES", "NULLS", "GRID_ROLLOUTS", "Case", "Found", "grid_width", "nulls", "replicas"]
+__all__ = ["CASES", "GRID_ROLLOUTS", "NULLS", "Case", "Found", "grid_width", "nulls", "replicas"]
 
 Values = NDArray[np.float64]
 ASKED, CONFIDENCE = 0.95, 0.95

@@ -31,6 +31,7 @@ LONG = {
     "contact_motion",
     "contact_rest",
     "contact_walls",
+    "critical_replicas",
     "docs",
     "durability",
     "engines",
