@@ -36,7 +36,8 @@ class Policy(PolicyPlan):
             net(torch.as_tensor(x, dtype=torch.float32)).numpy()` under `torch.no_grad()`.
         period: between two control times [s]. Each is at the nearest step of the scene.
         observe: names of d numbers, as `observed` of em.Feedback but for forces, or a function of
-            (states (n, s)) that returns (n, d); None: the states themselves.
+            (states (n, s)) that returns (n, d); None: the states themselves. Behind the numbers of
+            the scene are those of the memory of an em.engines.Engine.
         command: names of m numbers, as `corrected` of em.Feedback: targets of joints "j", wrenches
             "b.fx" to "b.tz", velocities "b.vx" to "b.wz".
         memory: h, numbers that a rollout remembers; at first they are zeros.
