@@ -40,6 +40,7 @@ LONG = {
     "guard_study",
     "left_out",
     "mesh_cavities",
+    "mujoco_rare",
     "perturbation",
     "policies_known",
     "properties_proofs",

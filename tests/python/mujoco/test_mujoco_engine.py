@@ -1,9 +1,9 @@
 import pickle
-from functools import cached_property
 
 import known_losses
 import numpy as np
 import pytest
+from mujoco_wells import MujocoWell
 
 import energymargin as em
 
@@ -24,17 +24,6 @@ CUP = """
     </body>
   </worldbody>
   <actuator><position name="way" joint="way" kp="200"/></actuator>
-</mujoco>
-"""
-WELL = """
-<mujoco>
-  <option timestep="{step}" gravity="0 0 0"/>
-  <worldbody>
-    <body name="block">
-      <joint name="way" type="slide" axis="1 0 0" stiffness="{stiffness}" damping="{damping}"/>
-      <geom type="sphere" size="0.05" mass="1"/>
-    </body>
-  </worldbody>
 </mujoco>
 """
 SOFT = """
@@ -168,28 +157,6 @@ def test_effort_and_score_are_found_in_mujoco():
     found = em.escape_effort(cup(), nodes=300, threads=2)
     # Friction 0.4 of 0.3 kg over 2 cm takes 24 mJ, and more until it is out at a check.
     assert 0.02 < found.effort < 0.06
-
-
-class MujocoWell(known_losses.Well):
-    """The block on a spring, in MuJoCo's own step."""
-
-    @cached_property
-    def problem(self):
-        numbers = {"step": known_losses.STEP, "stiffness": known_losses.STIFFNESS}
-        return em.mujoco.problem(
-            model_of(WELL.format(damping=self.damping, **numbers)),
-            objects="block",
-            captured=em.regions.HalfSpace("block", normal=(1, 0, 0), offset=known_losses.WAY),
-            force=(1, 0, 0),
-            horizon=known_losses.HORIZON,
-            check=known_losses.STEP,
-        )
-
-    def step(self, x, v, force):
-        scene = self.problem.scene
-        state = scene.pack(joints={"way": {"position": x, "velocity": v}})
-        wrench = (force, 0, 0, 0, 0, 0)
-        return tuple(em.World(scene).rollout(state, wrench, known_losses.STEP).state)
 
 
 def test_rare_loss_takes_a_twentieth_of_the_steps_of_counting():
