@@ -16,5 +16,5 @@ def test_intervals_hold_and_are_narrower_than_a_grids_at_a_ninth_of_its_rollouts
 def test_a_quantity_that_does_nothing_is_never_said_to_cross():
     """Nor to hold everywhere where it holds less often than is asked."""
     for probability, claim in ((0.90, "everywhere"), (0.98, "nowhere")):
-        sides = nulls(probability, 100, common=True)
+        sides = nulls(probability, 100)
         assert not {"below", "above", claim} & set(sides)

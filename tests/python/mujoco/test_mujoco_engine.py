@@ -1,3 +1,4 @@
+import os
 import pickle
 
 import known_losses
@@ -9,6 +10,7 @@ import energymargin as em
 
 mujoco = pytest.importorskip("mujoco")
 
+REAL = os.environ.get("ENERGYMARGIN_REAL", "")
 CUP = """
 <mujoco>
   <option timestep="0.002"/>
@@ -311,3 +313,30 @@ def test_a_belief_over_what_mujoco_varies_is_that_of_the_closed_form():
         em.beliefs.Belief(problem, uncertainty=em.beliefs.Uncertainty(engine={"damping.way": 1.0}))
     with pytest.raises(ValueError, match=r"engine is .*, which the engine 'native' does not vary"):
         known.sources(em.Scene())
+
+
+@pytest.mark.skipif(not REAL, reason="ENERGYMARGIN_REAL is not set")
+def test_a_bowl_of_libero_is_asked_in_mujoco():
+    """How robust is this state? 15 lines."""
+    model = mujoco.MjModel.from_xml_path(f"{REAL}/libero_bowl/bowl_on_ramekin.xml")
+    data = mujoco.MjData(model)
+    data.joint("ramekin").qpos[2] = 0.902
+    data.joint("bowl").qpos[:3] = np.add(data.joint("ramekin").qpos[:3], [0, 0, 0.034])
+    mujoco.mj_step(model, data, 1000)
+    assert data.body("bowl").xpos[2] - data.body("ramekin").xpos[2] == pytest.approx(
+        0.0316, abs=1e-3
+    )
+    seat = em.regions.Ball("bowl", (0, 0, 0.0316), 0.02, frame="ramekin")
+    problem = em.mujoco.problem(
+        model,
+        data,
+        objects="bowl",
+        effector="ramekin",
+        captured=seat,
+        force=(0.1, 0.1, 0),
+        horizon=0.3,
+        check=0.02,
+    )
+    assert em.capture_probability(problem, rollouts=20).captured == 1.0
+    (push,) = em.critical_values(problem, {"push": (0.1, 10)}, draws=20, probability=0.5)
+    assert push.side == "below" and 0.2 < push.value < 10
