@@ -36,7 +36,7 @@ SUPPORT = {"tilt": ("rad", np.pi / 3), "acceleration": ("m/s^2", 15.0)}
 """What the support may do: unit, and the most that is asked."""
 AZIMUTHS = 8
 FINE, ROUGH = 0.005, 0.05  # of the range
-QUIET, MANY = 16, 120  # draws of a value without knocks, and with some
+QUIET = 16  # draws of a value without knocks
 HOLD = 0.3  # s, of a knock at most
 
 
@@ -188,7 +188,7 @@ class _Support:
             (0.0, most),
             unit=unit,
             disturbance=Uniform(self.knock),
-            draws=MANY if self.knock else QUIET,
+            draws=None if self.knock else QUIET,
             **options if self.knock else options | {"probability": 0.5},  # all draws are alike
         )
 
