@@ -47,6 +47,21 @@ def test_a_tray_may_lean_and_accelerate_as_statics_say(friction, size):
     assert found.complete and "m/s^2" in found.to_markdown()
 
 
+@pytest.mark.parametrize("degrees", [22.5, 30.0, 77.0])
+def test_the_worst_direction_is_across_an_edge_however_the_box_is_turned(degrees):
+    size = (0.05, 0.1, 0.2)
+    found = em.stack_robustness(on_a_tray(size, 0.9, yaw=np.deg2rad(degrees)), bodies=[])
+    assert found.tilt.value == pytest.approx(np.arctan(0.25), rel=0.01)
+    assert found.acceleration.value == pytest.approx(0.25 * G, rel=0.01)
+
+
+def test_a_stack_that_is_not_at_rest_is_told():
+    scene = on_a_tray((0.1, 0.1, 0.1))
+    state = scene.pack(cup={"position": (0, 0, 0.5)})
+    with pytest.warns(em.PlausibilityWarning, match="state is not at rest: cup moves by itself"):
+        em.stack_robustness(scene, state, support=())
+
+
 def test_the_weakest_of_a_stack_takes_along_what_it_carries():
     scene = em.Scene()
     scene.add_plane("floor", friction=1.0)
@@ -82,6 +97,8 @@ def test_what_cannot_be_asked_is_refused():
         em.stack_robustness(scene)
     with pytest.raises(ValueError, match="support is 'shake'"):
         em.stack_robustness(on_a_tray((0.1, 0.1, 0.1)), support=("shake",))
+    with pytest.raises(ValueError, match=r"support is 'tilt', expected a list of names"):
+        em.stack_robustness(on_a_tray((0.1, 0.1, 0.1)), support="tilt")
     with pytest.raises(ValueError, match="bodies is 'tray'"):
         em.stack_robustness(on_a_tray((0.1, 0.1, 0.1)), bodies=["tray"])
 
@@ -96,3 +113,24 @@ def test_a_limit_keeps_the_bodies_that_are_done():
         scene, progress=lambda done, _: cancel.set() if done == 2 else None, cancel=cancel
     )
     assert not found.complete and len(found.pushes) == 2 and found.tilt is None
+
+
+def test_a_tray_that_is_carried_may_be_so_much_faster():
+    """Its acceleration grows with the square of the speed; a block slides at mu g, less what it may
+    slip: 2 r / t^2, where t is the shorter time."""
+    friction, acceleration, seconds, radius = 0.3, 1.0, 0.6, 0.02
+    scene = em.Scene()
+    tray = {"mass": 1.0, "kinematic": True, "position": (0, 0, -0.01), "friction": 1.0}
+    scene.add_body("tray", em.Box((2, 2, 0.02)), role="effector", **tray)
+    block = {"mass": 0.4, "friction": friction, "role": "object", "position": (0, 0, 0.02)}
+    scene.add_body("block", em.Box((0.1, 0.1, 0.04)), **block)
+    rows = round(seconds * 240)
+    speeds = np.zeros((rows, 6))
+    speeds[:, 0] = acceleration * (np.arange(rows) + 0.5) / 240
+    plan = em.Plan(1 / 240, velocities={"tray": speeds})
+    found = em.stack_robustness(scene, support=(), bodies=[], plan=plan, radius=radius)
+    # a s^2 - mu g = 2 r s^2 / T^2
+    speed = np.sqrt(friction * G / (acceleration - 2 * radius / seconds**2))
+    assert found.speed.side == "below" and found.complete
+    assert found.speed.value == pytest.approx(speed, rel=0.03)
+    assert "times as fast" in found.to_markdown()
