@@ -106,12 +106,11 @@ def grasps(
     executor = runs.executor()
     with loading():
         from energymargin.disturbances import Uniform
-        from energymargin.grasps import GraspObject, score
-        from energymargin.grasps.files import WRITERS
+        from energymargin.grasps import SUFFIXES as WRITTEN, GraspObject, score
 
         _import_extras(outputs, view)
     if write is not None:
-        require_free(write, overwrite=overwrite, option="--write", suffixes=WRITERS)
+        require_free(write, overwrite=overwrite, option="--write", suffixes=WRITTEN)
     disturbance, known = Uniform(strength), chosen_belief(belief)
     tried = chosen_hand(hand), chosen_protocol(protocol)
     found = rows.read(file)
@@ -176,11 +175,9 @@ def _import_extras(outputs: Sequence[Path], view: str | None) -> None:
 
 
 def _say_read(file: Path, grasps: GraspSet, object: GraspObject) -> None:
-    from energymargin.grasps.words import of_object
-
     labels = grasps.labels[~np.isnan(grasps.labels)]
     held = f", {np.mean(labels >= 0.5):.0%} of them recorded as held" if len(labels) else ""
-    say(f"{escape(str(file))}: {len(grasps)} grasps{held}; object: {of_object(object)}")
+    say(f"{escape(str(file))}: {len(grasps)} grasps{held}; object: {object}")
     deviation = getattr(object.shape, "deviation", None)
     if deviation is not None and deviation.distance > COARSE:
         say(f"With --accuracy {COARSE:g} its parts are closer to the mesh.")
@@ -272,23 +269,17 @@ def _say_stopped(scores: GraspScores, store: Path | None) -> None:
 def _view(scores: GraspScores, which: str) -> None:
     """Shows a grasp, by its name or one of CHOICES, until Ctrl-C: once the hand has closed, or else
     open."""
-    from energymargin.grasps.outcomes import NO_GRIP
-    from energymargin.grasps.scores import grasp_of
     from energymargin.viewer import view
 
-    names, trials = scores.grasps.names, scores.trials
-    grasp = grasp_of(
-        scores.grasps, names.index(which) if which in names else getattr(scores, which)
-    )
-    draw = trials.draw(-1)
+    names = scores.grasps.names
+    number = names.index(which) if which in names else getattr(scores, which)
     with kept_warnings():
-        closed = trials.grip(grasp, draw)
-    if closed.ending:
-        why = f"the hand of {names[grasp.number]} {NO_GRIP[closed.ending]}"
+        shown, why = scores.shown(number)
+    if why:
+        why = f"the hand of {names[number]} {why}"
         say(escape(f"{why}: what you see is the open hand, where the grasp says"))
-    shown = trials.open_problem(grasp) if closed.ending else trials.problem(closed, draw)
     with view(shown) as viewer:
-        serve(viewer, open_browser=False, score=not closed.ending)
+        serve(viewer, open_browser=False, score=not why)
 
 
 def _markdown(scores: GraspScores) -> str:
