@@ -38,7 +38,6 @@ FOREIGN = (
     "matplotlib.pyplot",
     "pandas",
     "rich",
-    "viser",
 )
 FIRST = f"""
 import os
