@@ -208,6 +208,11 @@ class GraspScores(Record, Summarized):
         """
         return self.trials.likely_problem(grasp_of(self.grasps, number))
 
+    def open_problem(self, number: int) -> Problem:
+        """The open hand of a grasp where the grasp says, to be seen: it passes through whatever is
+        there."""
+        return self.trials.open_problem(grasp_of(self.grasps, number))
+
     def table(self, ranks: Sequence[int] | None = None) -> dict[str, list[str]]:
         """Texts by column, the best grasp first: all of them, or those of some ranks, from 0 on.
         What is not known is empty, and a column of which nothing is known is left out."""

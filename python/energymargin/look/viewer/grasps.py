@@ -9,8 +9,6 @@ import numpy as np
 
 import energymargin as em
 from energymargin.base.plausibility import kept_warnings
-from energymargin.grasps.outcomes import NO_GRIP
-from energymargin.grasps.scores import grasp_of
 from energymargin.look.viewer import texts
 from energymargin.look.viewer.page import Page
 from energymargin.look.viewer.search import ShareProgress
@@ -35,11 +33,12 @@ def page_of_grasps(scores: em.grasps.GraspScores, scoring: ShareProgress | None 
 
 def _shot(blobs: Blobs, scores: em.grasps.GraspScores, rank: int) -> dict[str, Any]:
     number = int(scores.ranked[rank])
-    grasp, trials = grasp_of(scores.grasps, number), scores.trials
-    draw, name = trials.draw(-1), scores.grasps.names[number]
-    closed = trials.grip(grasp, draw)
-    problem = trials.open_problem(grasp) if closed.ending else trials.problem(closed, draw)
-    future = None if closed.ending else em.futures.undisturbed(problem)
+    name, future = scores.grasps.names[number], None
+    try:
+        problem = scores.problem(number)
+        future = em.futures.undisturbed(problem)
+    except ValueError:  # the hand does not close on the object
+        problem = scores.open_problem(number)
     states = problem.state[None] if future is None else future.states
     holds = f"{scores.probabilities[number]:.2f}"
     shot = Shot(blobs, f"{rank + 1}. {name}: {holds}", problem, states)
@@ -51,8 +50,8 @@ def _shot(blobs: Blobs, scores: em.grasps.GraspScores, rank: int) -> dict[str, A
     lines.append(f"held with probability {holds} ({low:.2f} to {high:.2f})")
     if lost := scores.how_lost(number):
         lines.append(f"lost: {escape(lost)}")
-    if closed.ending:
-        lines.append(f"The hand {NO_GRIP[closed.ending]}: this is the open hand.")
+    if future is None:
+        lines.append("The hand does not close on the object: this is the open hand.")
     words = [texts.box("<br>".join(lines))]
     if future is not None:
         words.append(texts.future_text(problem, future))

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 import energymargin as em
 from energymargin.base.metrics import is_likelihood
-from energymargin.evaluate.searches import metrics_of
 from energymargin.look.plots.scenes import lost_objects
 from energymargin.look.plots.trees import most_cost
 
@@ -53,7 +52,7 @@ class Scored:
         found = self.capture or self.probability
         if found is None:
             return {}
-        there = filter(is_likelihood, metrics_of([self.problem]))
+        there = filter(is_likelihood, em.searches.metrics_of([self.problem]))
         return {name: em.searches.value_of(name, found) for name in there}
 
     @cached_property
