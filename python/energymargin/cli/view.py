@@ -17,7 +17,7 @@ from energymargin.cli.places import require_free
 from energymargin.cli.progress import share_bar
 from energymargin.cli.terminal import err, loading, say
 
-PAGES = (".html", ".htm")
+PAGES, PICTURES = (".html", ".htm"), (".png", ".gif")
 PICTURE = panel("A picture instead of a page")
 SIZE = "1400x900"
 
@@ -46,7 +46,8 @@ def view(
 
     Example: `energymargin view push -o push.html --open`
 
-    A picture: `energymargin view push --trajectory 3 --frame 8 -o push.png`
+    A picture, and one that moves: `energymargin view push --trajectory 3 --frame 8 -o push.png`,
+    `energymargin view push --size 900x500 -o push.gif`
 
     What is to come: `energymargin view push --frames 5 --plan script -o push.html`
 
@@ -66,15 +67,16 @@ def view(
         scores: Scores of the dataset, from `score`, which are shown too.
         run: Which run, if there are several; `energymargin export` lists them.
         every: Also every so many frames of the trajectory, to choose from on the page.
-        output: The page (.html), or a picture of it (.png).
+        output: The page (.html), a picture of it (.png), or what it plays first (.gif).
         open_browser: Open the page in your browser.
         size: Size of the picture: WIDTHxHEIGHT in pixels.
         overwrite: Replace the file if it exists.
     """
     pixels = _size(size)
-    require_free(output, overwrite=overwrite, suffixes=[*PAGES, ".png"])
-    if output.suffix == ".png" and find_spec("playwright") is None:  # before the search
-        raise ImportError("a .png needs Playwright: pip install 'energymargin[screenshot]'")
+    require_free(output, overwrite=overwrite, suffixes=[*PAGES, *PICTURES])
+    if output.suffix in PICTURES and find_spec("playwright") is None:  # before the search
+        needs = "needs Playwright: pip install 'energymargin[screenshot]'"
+        raise ImportError(f"a {output.suffix} {needs}")
     with loading():
         from energymargin.viewer import view as page_of
 
@@ -93,10 +95,10 @@ def view(
             progress=progress,
             scoring=lambda share: tell("Scoring", share),
         )
-    if output.suffix == ".png":
-        from energymargin.look.viewer.browser import screenshot
+    if output.suffix in PICTURES:
+        from energymargin.look.viewer.browser import draw_page
 
-        screenshot(page.html, output, pixels)
+        draw_page(page.html, output, pixels)
     else:
         page.save(output)
     say(f"Wrote {escape(str(output))}")

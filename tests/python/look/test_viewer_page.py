@@ -6,6 +6,7 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 from browsers import watched_page
+from command_line import run
 from futures import carried
 from PIL import Image
 
@@ -142,3 +143,17 @@ def test_a_narrow_page_has_its_words_below(pages, chromium):
         scene, words = (page.locator(one).bounding_box() for one in ("#picture", "#words"))
         assert words["y"] >= scene["y"] + scene["height"]
         assert scene["width"] == pytest.approx(420, abs=20)
+
+
+def test_what_a_page_plays_is_a_picture_that_moves(tmp_path):
+    """In a process of its own: the browser of the other tests is still open in this one."""
+    done = run("view", "push", "--nodes", 60, "--size", "420x400", "-o", "p.gif", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    with Image.open(tmp_path / "p.gif") as moving:
+        pictures = []
+        for number in range(moving.n_frames):
+            moving.seek(number)
+            pictures.append(np.asarray(moving.convert("RGB")).astype(int))
+        assert moving.info["loop"] == 0 and moving.size[0] == 420
+    assert len(pictures) > 10 and changed(pictures[0], pictures[-1]) > 200
+    assert (tmp_path / "p.gif").stat().st_size < 500_000

@@ -18,7 +18,7 @@ from energymargin.look.viewer.search import Scored
 
 Floats = NDArray[np.float64]
 
-DOT = 0.008  # of the view's size
+DOT = 0.014  # of the view's size
 MOST_POINTS, MOST_EDGES = 20_000, 8_000
 SPOTS = (500, 350, 250, 175, 125)  # along the view's longest side; the coarsest is a dot's size
 
