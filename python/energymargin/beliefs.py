@@ -4,6 +4,7 @@ from energymargin.base.doors import check_doors
 from energymargin.evaluate.belief_scores import BeliefScore, BeliefScores
 from energymargin.evaluate.belief_scoring import score_belief
 from energymargin.model.beliefs.belief import Belief, Particles
+from energymargin.model.beliefs.sampling import Sampling
 from energymargin.model.beliefs.uncertainty import Source, Uncertainty, source_of
 
 __all__ = [
@@ -11,6 +12,7 @@ __all__ = [
     "BeliefScore",
     "BeliefScores",
     "Particles",
+    "Sampling",
     "Source",
     "Uncertainty",
     "score_belief",

@@ -20,14 +20,6 @@ constexpr double step = 0.05;         //!< [s]
 constexpr double refused_step = 1.0;  //!< [s]
 // An edge is one push of a disturbance. Manipulations take seconds; 200 looks like milliseconds.
 constexpr double duration = 30.0;  //!< [s]
-// A plan's rows are a controller's, of milliseconds; a question is about the seconds of a manipulation.
-constexpr double row = 2.0;       //!< of several in a plan [s]
-constexpr double horizon = 60.0;  //!< [s]
-// A hand that pushes an object away does it with a few times its weight; in millinewtons it is a thousand times.
-constexpr double weights = 1000.0;
-constexpr double gravity = 9.81;  //!< of the weight where there is none [m/s^2]
-// A set so much larger than all that there is holds an object that has left long ago.
-constexpr double captured = 10.0;
 // A body of which even the least extent is 10 m is a building; in millimetres it is one centimetre.
 constexpr double extent = 10.0;         //!< [m]
 constexpr double extent_ratio = 300.0;  //!< of a fixed body to the least that moves: a hall beside a cup

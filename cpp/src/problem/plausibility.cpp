@@ -23,6 +23,14 @@ using Warnings = std::vector<Warning>;
 constexpr double joint_mass_ratio = 1e3;
 // What is in a loop turns by this in a step: the ways of the loop's ends are no longer nearly straight.
 constexpr double loop_spin = 0.3;  // [rad]
+// A plan's rows are a controller's, of milliseconds; a question is about the seconds of a manipulation.
+constexpr double longest_row = 2.0;       // of several in a plan [s]
+constexpr double longest_horizon = 60.0;  // [s]
+// A hand that pushes an object away does it with a few times its weight; in millinewtons it is a thousand times.
+constexpr double most_weights = 1000.0;
+constexpr double usual_gravity = 9.81;  // of the weight where there is none [m/s^2]
+// A set so much larger than all that there is holds an object that has left long ago.
+constexpr double most_reaches = 10.0;
 
 std::string of_body(const Body& body, const std::string& quantity) { return "body '" + body.name + "': " + quantity; }
 
@@ -300,8 +308,8 @@ void check_times(Warnings& warnings, const Problem& problem) {
   };
   check("duration", problem.duration, plausible::duration, "one push of a disturbance, the longest edge of the search");
   const Plan* plan = problem.plan ? &*problem.plan : nullptr;
-  if (plan && plan->rows() > 1) check("the plan's step", plan->step, plausible::row, "one of its rows");
-  check("horizon", problem.horizon.value_or(plan ? plan->duration() : 0.0), plausible::horizon,
+  if (plan && plan->rows() > 1) check("the plan's step", plan->step, longest_row, "one of its rows");
+  check("horizon", problem.horizon.value_or(plan ? plan->duration() : 0.0), longest_horizon,
         "whether an object stays where it is");
 }
 
@@ -311,10 +319,10 @@ void check_force(Warnings& warnings, const Problem& problem) {
     heaviest = std::max(heaviest, problem.scene.bodies()[object].mass);
   }
   const double most = problem.force.maxCoeff(), pull = problem.scene.gravity().norm();
-  const double weight = heaviest * (pull > 0.0 ? pull : plausible::gravity);
-  if (!(most > plausible::weights * weight) || weight == 0.0) return;
+  const double weight = heaviest * (pull > 0.0 ? pull : usual_gravity);
+  if (!(most > most_weights * weight) || weight == 0.0) return;
   warn(warnings, "force", text(problem.force) + " N",
-       "more than " + text(plausible::weights) + " times the weight of an object, " + text(weight) +
+       "more than " + text(most_weights) + " times the weight of an object, " + text(weight) +
            " N: nothing holds against that; was it meant in millinewtons, or the mass in grams?");
 }
 
@@ -354,9 +362,9 @@ void check_captured(Warnings& warnings, const Problem& problem) {
     if (std::isfinite(reach)) farthest = std::max(farthest, (at(i) - middle).norm() + reach);
   }
   const double largest = LargestPart{}.of(problem.captured);
-  if (!std::isfinite(largest) || !(largest > plausible::captured * farthest) || farthest == 0.0) return;
+  if (!std::isfinite(largest) || !(largest > most_reaches * farthest) || farthest == 0.0) return;
   warn(warnings, "captured", "a set of " + text(largest) + " m around its centre",
-       "more than " + text(plausible::captured) + " times as far as all bodies reach, " + text(farthest) +
+       "more than " + text(most_reaches) + " times as far as all bodies reach, " + text(farthest) +
            " m: an object that is lost is still in it; was it meant in centimetres or millimetres?");
 }
 

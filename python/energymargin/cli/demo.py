@@ -25,8 +25,8 @@ from energymargin.summary import summary
 
 if TYPE_CHECKING:
     from energymargin.datasets import Dataset
+    from energymargin.evaluation import LabelledScores
     from energymargin.grasps import GraspScores
-    from energymargin.records.evaluation.labelled import LabelledScores
 
 TASK = "push"
 FRAMES = 10
@@ -60,7 +60,7 @@ def demo(
             names.
     """
     from energymargin import datasets
-    from energymargin.records.store.scoring import dataset_metrics
+    from energymargin.store import dataset_metrics
 
     require_own_folder(output, overwrite=overwrite)
     settings, executor = replace(SEARCH, **given), Where(threads=threads).executor()
@@ -106,7 +106,7 @@ def _draw(
 ) -> None:
     """Pictures of pushes and grips."""
     # Slow to load, which Ctrl-C would wait for.
-    from energymargin.look.plots.datasets import figure_along, figure_trees
+    from energymargin.plots import figure_along, figure_trees
 
     trees = figure_trees(dataset, settings.nodes, settings.seed)
     replace_figure(output / "qualitative.png", trees)

@@ -82,13 +82,9 @@ def print_evaluation(
     `options` are others of `evaluation.evaluate`.
     """
     from energymargin.evaluation import tables_of
-    from energymargin.records.evaluation.labelled import AMONG, HORIZONS
 
-    tables = tables_of(labelled, now)
-    if among or frames or options.get("clipped"):
-        scores = labelled if now is None else labelled.beside(now)
-        chosen = AMONG if among is None else [among]
-        tables = [(scores, each, frames or HORIZONS) for each in chosen]
+    clipped = options.get("clipped", False)
+    tables = tables_of(labelled, now, among=among, frames=frames, clipped=clipped)
     results = print_tables(tables, **options)
     for path in outputs:
         replace_text(path, WRITERS[path.suffix](results))

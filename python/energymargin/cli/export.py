@@ -42,7 +42,6 @@ def export(
             push-scores.db.
     """
     from energymargin import store
-    from energymargin.records.store.export import curves_path
 
     if lerobot is not None:
         if output is None:
@@ -59,7 +58,7 @@ def export(
             return
         chosen = opened.runs() if run is None else [opened.run(run)]
         curves = any(written.has_curves for written in chosen)
-    curves_file = curves_path(output)
+    curves_file = store.curves_path(output)
     for path in (output, curves_file) if curves else (output,):
         require_free(path, overwrite=overwrite)
     rows = store.export(scores, output, run=run)

@@ -61,7 +61,6 @@ def generate(
             depend on it.
     """
     from energymargin import datasets, tasks
-    from energymargin.records.datasets.shards import trajectories_kept
 
     if picture is not None and find_spec("matplotlib") is None:  # before there is work to lose
         raise ImportError("--picture draws with matplotlib: pip install 'energymargin[plots]'")
@@ -85,13 +84,13 @@ def generate(
                 timeout=where.timeout,
             )
     except (KeyboardInterrupt, OSError, RuntimeError):
-        if count := trajectories_kept(output):
+        if count := datasets.trajectories_kept(output):
             kept = f"{count} of {trajectories} trajectories are kept beside {escape(str(output))}"
             say(f"{kept}; the same command goes on from there.")
         raise
     with dataset:
         if picture is not None:
-            from energymargin.look.plots.datasets import figure_trees
+            from energymargin.plots import figure_trees
 
             replace_figure(picture, figure_trees(dataset, PICTURE_NODES, seed))
         say_written(dataset, output)

@@ -137,30 +137,28 @@ def arguments_as_options(options: Mapping[str, str]) -> Iterator[None]:
 
 def chosen_hand(text: str) -> Hand:
     """The hand of --hand. Raises ValueError on what is none."""
-    from energymargin.grasps import FRAMES, HandFile, ParallelGripper
-    from energymargin.grasps.hands import PRESETS
+    from energymargin.grasps import FRAMES, HANDS, HandFile, ParallelGripper
 
-    if text in PRESETS:
-        return PRESETS[text]
-    given = _given("--hand", text, PRESETS)
+    if text in HANDS:
+        return HANDS[text]
+    given = _given("--hand", text, HANDS)
     if "path" in given:
         if isinstance(given.get("frame"), str):
             given["frame"] = FRAMES[one_of("--hand frame", given["frame"], tuple(FRAMES))]
         return _with("--hand", HandFile, given)
-    return _with("--hand", ParallelGripper, given, _preset("--hand", given, PRESETS))
+    return _with("--hand", ParallelGripper, given, _preset("--hand", given, HANDS))
 
 
 def chosen_protocol(text: str) -> Protocol:
     """The protocol of --protocol. Raises ValueError on what is none."""
-    from energymargin.grasps import Motion, Protocol
-    from energymargin.grasps.protocols import PRESETS
+    from energymargin.grasps import PROTOCOLS, Motion, Protocol
 
-    if text in PRESETS:
-        return PRESETS[text]
-    given = _given("--protocol", text, PRESETS)
+    if text in PROTOCOLS:
+        return PROTOCOLS[text]
+    given = _given("--protocol", text, PROTOCOLS)
     for number, motion in enumerate(given.get("motions", [])):
         given["motions"][number] = _with("--protocol motions", Motion, motion)
-    return _with("--protocol", Protocol, given, _preset("--protocol", given, PRESETS))
+    return _with("--protocol", Protocol, given, _preset("--protocol", given, PROTOCOLS))
 
 
 def chosen_belief(text: str | None) -> GraspBelief | None:

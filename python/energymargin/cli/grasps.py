@@ -106,12 +106,11 @@ def grasps(
     executor = runs.executor()
     with loading():
         from energymargin.disturbances import Uniform
-        from energymargin.grasps import GraspObject, score
-        from energymargin.grasps.files import WRITERS
+        from energymargin.grasps import SUFFIXES as WRITTEN, GraspObject, score
 
         _import_extras(outputs, view)
     if write is not None:
-        require_free(write, overwrite=overwrite, option="--write", suffixes=WRITERS)
+        require_free(write, overwrite=overwrite, option="--write", suffixes=WRITTEN)
     disturbance, known = Uniform(strength), chosen_belief(belief)
     tried = chosen_hand(hand), chosen_protocol(protocol)
     found = rows.read(file)
@@ -172,11 +171,9 @@ def _import_extras(outputs: Sequence[Path], view: Path | None) -> None:
 
 
 def _say_read(file: Path, grasps: GraspSet, object: GraspObject) -> None:
-    from energymargin.grasps.words import of_object
-
     labels = grasps.labels[~np.isnan(grasps.labels)]
     held = f", {np.mean(labels >= 0.5):.0%} of them recorded as held" if len(labels) else ""
-    say(f"{escape(str(file))}: {len(grasps)} grasps{held}; object: {of_object(object)}")
+    say(f"{escape(str(file))}: {len(grasps)} grasps{held}; object: {object}")
     deviation = getattr(object.shape, "deviation", None)
     if deviation is not None and deviation.distance > COARSE:
         say(f"With --accuracy {COARSE:g} its parts are closer to the mesh.")

@@ -109,9 +109,7 @@ def importing(
         raise ValueError(
             "expected recordings with --task or --problem: energymargin import --help has examples"
         )
-    from energymargin import recordings, tasks
-    from energymargin.records.datasets.dataset import left_out_text
-    from energymargin.tasks.from_problem import ProblemTask
+    from energymargin import datasets, recordings, tasks
 
     output = output or Path(f"{task or (problem or Path()).stem}-recorded.h5")
     if problem is None:
@@ -119,7 +117,7 @@ def importing(
     elif parameter:
         raise ValueError("--problem has no parameters, expected no -p: its file has all of them")
     else:
-        made = ProblemTask(str(problem.resolve()))
+        made = tasks.make("problem", file=str(problem.resolve()))
     require_free(output, overwrite=overwrite)
     layout, read = recordings.Columns.of(columns), []
     for path in files:
@@ -139,7 +137,7 @@ def importing(
             "before, as a robot would know them"
         )
     roles: dict[str, Any] = {}
-    if isinstance(made, ProblemTask):
+    if problem is not None:
         known = {body for recording in read for body in recording.bodies}
         roles = {role: made.body(role) for role in ("object", "effector") if role in known}
     told = _successes(files) if labels is None else recordings.read_labels(labels)
@@ -155,16 +153,16 @@ def importing(
     dataset.save(output)
     _, reasons = dataset.possible_problems()
     if reasons:
-        warn(left_out_text(reasons, dataset.size))
+        warn(datasets.left_out_text(reasons, dataset.size))
     judged = " by their last states" if told is None else " by next.success"
     say_written(dataset, output, "" if labels is not None else judged)
 
 
 def _successes(files: Sequence[Path]) -> dict[str, bool] | None:
     """Which episodes succeeded, as LeRobot datasets say; None if one of the files does not."""
-    from energymargin.records.recordings import lerobot
+    from energymargin.recordings import kind_of, read_successes
 
-    told = [lerobot.read_successes(path) for path in files if lerobot.is_lerobot(path)]
+    told = [read_successes(path) for path in files if kind_of(path) == "lerobot"]
     if len(told) < len(files) or None in told:
         return None
     return {name: success for one in told if one is not None for name, success in one.items()}
@@ -173,12 +171,11 @@ def _successes(files: Sequence[Path]) -> dict[str, bool] | None:
 def _read(path: Path, layout: Columns, topics: Topics, rules: dict[str, Any]) -> list[Recording]:
     """The recordings of a file; `topics` are those of a bag, `rules` those of all readers."""
     from energymargin import recordings
-    from energymargin.records.recordings.bags import is_bag
-    from energymargin.records.recordings.lerobot import is_lerobot
 
-    if is_lerobot(path):
+    kind = recordings.kind_of(path)
+    if kind == "lerobot":
         return recordings.read_lerobot(path, layout, **rules)
-    if not is_bag(path):
+    if kind == "csv":
         return [recordings.read_csv(path, layout, **rules)]
     if layout.columns or layout.units:
         raise ValueError(f"--columns has columns or units, expected the origin alone for {path}")

@@ -12,9 +12,9 @@ from cyclopts import Group, Parameter
 from energymargin.cli.terminal import warn
 
 if TYPE_CHECKING:
+    from energymargin.beliefs import Sampling
     from energymargin.datasets import Future
     from energymargin.executors import Dask, Executor
-    from energymargin.model.beliefs.sampling import Sampling
 
 PlanWord = Literal["script", "hold", "none"]
 PICTURE_NODES = 100  # of the trees in the pictures of the tasks; the paper's
@@ -100,14 +100,14 @@ def chosen_future(
 def chosen_sampling(belief: str | None, particles: int | None) -> Sampling | None:
     """The Sampling of these options; None without a belief. Raises ValueError on particles without
     one, and on what is no uncertainty."""
-    from energymargin.beliefs import Uncertainty
-    from energymargin.model.beliefs.sampling import PARTICLES, Sampling
+    from energymargin.beliefs import Sampling, Uncertainty
 
     require_beside("belief", belief, particles=particles)
     if belief is None:
         return None
     text = belief if belief.lstrip().startswith("{") else Path(belief).read_text()
-    return Sampling(Uncertainty.from_json(text), PARTICLES if particles is None else particles)
+    known = Uncertainty.from_json(text)
+    return Sampling(known) if particles is None else Sampling(known, particles)
 
 
 def require_beside(option: str, value: object, **others: object) -> None:

@@ -29,9 +29,9 @@ from energymargin.cli.options import (
 from energymargin.cli.terminal import TIMED_OUT, say, warn
 
 if TYPE_CHECKING:
+    from energymargin.beliefs import Sampling
     from energymargin.datasets import Dataset, Future
     from energymargin.executors import Executor
-    from energymargin.model.beliefs.sampling import Sampling
     from energymargin.store import Run
 
 SEARCH = SearchSettings()
@@ -147,16 +147,17 @@ def _asked_future(
 ) -> Future | None:
     """The question about the next frames, as far as it is given the usual one; None if the data
     have none. What is unusual is printed."""
-    from energymargin.records.datasets.question import usual_frames, usual_plan
-    from energymargin.records.store.scoring import has_clock
+    from energymargin.datasets import usual_future
 
     given = any(value is not None for value in (frames, plan, *times.values()))
-    if not given and has_clock(dataset):
+    if not given and dataset.has_clock:
         return None
     try:
-        frames = usual_frames(dataset) if frames is None else frames
+        if frames is None or plan is None:
+            usual = usual_future(dataset, frames)
+            frames = usual.frames
         if plan is None:
-            plan = usual_plan(dataset, frames) or "none"
+            plan = usual.plan or "none"
             if plan != "script":
                 how = "it goes on as it moves" if plan == "hold" else "it coasts"
                 warn(f"no script says what the robot is about to do: {how}, --plan {plan}")
@@ -195,7 +196,7 @@ def _asked_runs(
     Without `metrics` those of USUAL have the horizon, and beside them are the paper's, which have
     none.
     """
-    from energymargin.records.store.scoring import dataset_metrics
+    from energymargin.store import dataset_metrics
 
     def there(metrics: Sequence[str] | None, future: Future | None) -> Sequence[str]:
         return dataset_metrics(dataset, metrics, settings, future, sampling)
@@ -267,8 +268,7 @@ def scored_run(
 ) -> Iterator[tuple[Run, bool]]:
     """Scores what is missing; gives the run of all scores, and whether the time was enough. States
     that cannot be simulated are counted. Ctrl-C says how far it came."""
-    from energymargin.records.store.scoring import begin_run, score_run
-    from energymargin.store import ScoreStore
+    from energymargin.store import ScoreStore, begin_run, score_run
 
     with ScoreStore(output, create=True) as store:
         run = begin_run(store, dataset, metrics, settings, future, sampling=sampling)

@@ -17,7 +17,7 @@ def tasks() -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from energymargin.tasks.registry import overview
+    from energymargin.tasks import overview
 
     table = Table(box=None, padding=(0, 2, 0, 0))
     for title in ("task", "what it is", "parameters"):

@@ -5,13 +5,13 @@ from energymargin.grasps.baselines import BASELINES, LESS_IS_BETTER, baselines
 from energymargin.grasps.belief import GraspBelief
 from energymargin.grasps.calibration import GraspCalibration, calibrate, recalibrate
 from energymargin.grasps.comparison import ComparedScore, GraspComparison, compare
-from energymargin.grasps.files import read, write
+from energymargin.grasps.files import SUFFIXES, read, write
 from energymargin.grasps.frames import FRAMES
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet, ObjectFacts, Source
-from energymargin.grasps.hands import Hand, HandFile, ParallelGripper
+from energymargin.grasps.hands import PRESETS as HANDS, Hand, HandFile, ParallelGripper
 from energymargin.grasps.limits import GraspLimits, limits
-from energymargin.grasps.protocols import Motion, Protocol
+from energymargin.grasps.protocols import PRESETS as PROTOCOLS, Motion, Protocol
 from energymargin.grasps.scores import GraspScores
 from energymargin.grasps.scoring import score
 from energymargin.grasps.wrenches import WrenchSpace, wrench_space
@@ -19,7 +19,10 @@ from energymargin.grasps.wrenches import WrenchSpace, wrench_space
 __all__ = [
     "BASELINES",
     "FRAMES",
+    "HANDS",
     "LESS_IS_BETTER",
+    "PROTOCOLS",
+    "SUFFIXES",
     "ComparedScore",
     "GraspBelief",
     "GraspCalibration",

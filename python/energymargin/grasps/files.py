@@ -35,6 +35,8 @@ WRITERS: dict[str, Any] = {
     **dict.fromkeys((".csv", ".txt", ".tsv"), files_csv),
 }
 """By the end of a file's name."""
+SUFFIXES = tuple(WRITERS)
+"""Ends of names that `write` takes."""
 UNREAD = {
     b"\x93NUMPY": "a file of numpy",
     b"PK\x03\x04": "a ZIP file, as numpy's .npz or a spreadsheet",

@@ -50,6 +50,15 @@ class GraspObject:
         scene.add_body("object", self.shape, mass=self.mass, inertial=self.inertial)
         World(scene)  # warns of a mass that cannot be, as one in grams
 
+    def __str__(self) -> str:
+        """Shape, mass and friction."""
+        parts, deviation = getattr(self.shape, "parts", ()), getattr(self.shape, "deviation", None)
+        shape = f"{len(parts)} convex part{'s' * (len(parts) > 1)}"
+        shape = shape if parts else type(self.shape).__name__
+        if deviation is not None:
+            shape += f" (at most {1e3 * deviation.distance:.2g} mm from the mesh)"
+        return f"{shape}, {self.size_text}, {self.mass:.4g} kg, friction {self.friction:.3g}"
+
     @staticmethod
     def load(
         path: str | Path,

@@ -15,7 +15,7 @@ from energymargin.base.checks import check_shape, not_negative_number, share
 from energymargin.base.reprs import Record
 from energymargin.base.table_text import csv_text
 from energymargin.grasps.grasp_set import GraspSet
-from energymargin.grasps.outcomes import ENDINGS, Grasp
+from energymargin.grasps.outcomes import ENDINGS, NO_GRIP, Grasp
 from energymargin.grasps.trials import GraspTrials
 from energymargin.summary import Summarized
 
@@ -208,10 +208,14 @@ class GraspScores(Record, Summarized):
         """
         return self.trials.likely_problem(grasp_of(self.grasps, number))
 
-    def open_problem(self, number: int) -> Problem:
-        """The open hand of a grasp where the grasp says, to be seen: it passes through whatever is
-        there."""
-        return self.trials.open_problem(grasp_of(self.grasps, number))
+    def shown(self, number: int) -> tuple[Problem, str]:
+        """The problem of a grasp to look at, as is believed most, and why the hand could not close
+        on the object: then it is open, where the grasp says. Else that is empty."""
+        grasp, draw = grasp_of(self.grasps, number), self.trials.draw(-1)
+        closed = self.trials.grip(grasp, draw)
+        if closed.ending:
+            return self.trials.open_problem(grasp), NO_GRIP[closed.ending]
+        return self.trials.problem(closed, draw), ""
 
     def table(self, ranks: Sequence[int] | None = None) -> dict[str, list[str]]:
         """Texts by column, the best grasp first: all of them, or those of some ranks, from 0 on.

@@ -9,23 +9,13 @@ from energymargin.grasps.protocols import GRAVITY, Protocol
 from energymargin.grasps.trials import LEVER, GraspTrials
 
 if TYPE_CHECKING:
-    from energymargin.grasps import GraspBelief, GraspObject, Hand
+    from energymargin.grasps import GraspBelief, Hand
 
 OF_COLLIDING = {
     "lost": "counts as lost",
     "redraw": "its pose is drawn again, then moved back along the approach",
     "retreat": "is moved back along its approach",
 }
-
-
-def of_object(thing: GraspObject) -> str:
-    """Shape, mass and friction."""
-    parts, deviation = getattr(thing.shape, "parts", ()), getattr(thing.shape, "deviation", None)
-    shape = f"{len(parts)} convex part{'s' * (len(parts) > 1)}"
-    shape = shape if parts else type(thing.shape).__name__
-    if deviation is not None:
-        shape += f" (at most {1e3 * deviation.distance:.2g} mm from the mesh)"
-    return f"{shape}, {thing.size_text}, {thing.mass:.4g} kg, friction {thing.friction:.3g}"
 
 
 def of_hand(hand: Hand) -> str:

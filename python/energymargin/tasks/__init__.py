@@ -6,7 +6,7 @@ Tasks are plugins: whatever an installed package registers under the entry point
 
 from energymargin.base.doors import check_doors
 from energymargin.tasks.base import Params, Regions, Task, inside, parameters_of, plane_of
-from energymargin.tasks.registry import TaskError, make, names, register
+from energymargin.tasks.registry import TaskError, make, names, overview, register
 from energymargin.tasks.scripted import Drive, ScriptedTask
 from energymargin.tasks.trajectories import Trajectory
 
@@ -21,6 +21,7 @@ __all__ = [
     "inside",
     "make",
     "names",
+    "overview",
     "parameters_of",
     "plane_of",
     "register",

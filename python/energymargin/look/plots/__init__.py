@@ -15,7 +15,7 @@ with needs_extra("a picture", "plots"):
 from energymargin.look.plots.actions import figure_improvement, plot_ranking
 from energymargin.look.plots.beliefs import figure_belief
 from energymargin.look.plots.curves import plot_precision_recall, plot_roc
-from energymargin.look.plots.datasets import figure_qualitative
+from energymargin.look.plots.datasets import figure_along, figure_qualitative, figure_trees
 from energymargin.look.plots.engines import figure_engines
 from energymargin.look.plots.grasps import figure_grasp, plot_grasps
 from energymargin.look.plots.limits import (
@@ -40,6 +40,7 @@ __all__ = [
     "LOST_COLOR",
     "SUCCEEDED_COLOR",
     "TrajectoryScores",
+    "figure_along",
     "figure_belief",
     "figure_engines",
     "figure_grasp",
@@ -48,6 +49,7 @@ __all__ = [
     "figure_qualitative",
     "figure_resting_poses",
     "figure_scores",
+    "figure_trees",
     "plot_critical_curve",
     "plot_critical_value",
     "plot_critical_values",

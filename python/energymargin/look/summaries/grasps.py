@@ -59,7 +59,7 @@ def grasp_trials(asked: GraspTrials) -> Summary:
     from energymargin.grasps import words
 
     rows: list[SummaryRow] = [
-        ("object", words.of_object(asked.object)),
+        ("object", str(asked.object)),
         ("hand", words.of_hand(asked.hand)),
         ("protocol", words.of_protocol(asked.protocol)),
         ("lost", words.of_loss(asked.protocol)),

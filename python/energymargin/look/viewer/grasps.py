@@ -33,12 +33,8 @@ def page_of_grasps(scores: em.grasps.GraspScores, scoring: ShareProgress | None 
 
 def _shot(blobs: Blobs, scores: em.grasps.GraspScores, rank: int) -> dict[str, Any]:
     number = int(scores.ranked[rank])
-    name, future = scores.grasps.names[number], None
-    try:
-        problem = scores.problem(number)
-        future = em.futures.undisturbed(problem)
-    except ValueError:  # the hand does not close on the object
-        problem = scores.open_problem(number)
+    name, (problem, why) = scores.grasps.names[number], scores.shown(number)
+    future = None if why else em.futures.undisturbed(problem)
     states = problem.state[None] if future is None else future.states
     holds = f"{scores.probabilities[number]:.2f}"
     shot = Shot(blobs, f"{rank + 1}. {name}: {holds}", problem, states)
@@ -50,8 +46,8 @@ def _shot(blobs: Blobs, scores: em.grasps.GraspScores, rank: int) -> dict[str, A
     lines.append(f"held with probability {holds} ({low:.2f} to {high:.2f})")
     if lost := scores.how_lost(number):
         lines.append(f"lost: {escape(lost)}")
-    if future is None:
-        lines.append("The hand does not close on the object: this is the open hand.")
+    if why:
+        lines.append(f"The hand {why}: this is the open hand.")
     words = [texts.box("<br>".join(lines))]
     if future is not None:
         words.append(texts.future_text(problem, future))

@@ -139,6 +139,13 @@ class Dataset(Closing, Summarized):
                 reasons[number] = str(error)
         return problems, reasons
 
+    @property
+    def has_clock(self) -> bool:
+        """Whether its problems have a horizon; those of one dataset are alike in that."""
+        found = (self.possible_problems([number])[0] for number in range(self.size))
+        horizons = (problem.horizon for problems in found for problem in problems.values())
+        return next(horizons, None) is not None
+
     def belief(self, number: int, uncertainty: Uncertainty, future: Future | None = None) -> Belief:
         """The belief about the state of a number whose model is known with an error.
 

@@ -14,19 +14,20 @@ PLANS: tuple[Following | None, ...] = ("script", "hold", None)
 SAMPLE = 20  # states that tell whether a plan can be asked
 
 
-def usual_future(dataset: Dataset) -> Future:
+def usual_future(dataset: Dataset, frames: int | None = None) -> Future:
     """What `energymargin score` asks of a dataset's states by default: whether each stays captured
     over the next frames of what its robot does.
 
     Five frames, or as many as half a second has where they are closer together, but no more than
-    the longest trajectory has; the plan is the task's script, or "hold" where there is none. Raises
-    ValueError if each trajectory has one frame alone, or no plan can be asked.
+    the longest trajectory has, if `frames` does not say how many; the plan is the task's script, or
+    "hold" where there is none. Raises ValueError if each trajectory has one frame alone, or no plan
+    can be asked.
     """
-    frames = usual_frames(dataset)
-    return Future(frames, usual_plan(dataset, frames))
+    frames = _usual_frames(dataset) if frames is None else frames
+    return Future(frames, _usual_plan(dataset, frames))
 
 
-def usual_frames(dataset: Dataset) -> int:
+def _usual_frames(dataset: Dataset) -> int:
     """Frames to look ahead: FRAMES, or as many as SECONDS have, but no more than the longest
     trajectory has after its first. Raises ValueError if each has one alone."""
     times = np.asarray(dataset.trajectories[int(np.argmax(dataset.lengths))].times)
@@ -37,7 +38,7 @@ def usual_frames(dataset: Dataset) -> int:
     return min(max(FRAMES, of_seconds), last)
 
 
-def usual_plan(dataset: Dataset, frames: int) -> Following | None:
+def _usual_plan(dataset: Dataset, frames: int) -> Following | None:
     """What the robot does over the next frames: what its script says; without a script, it goes on
     as it moves; else it coasts. Raises ValueError if none of them can be asked."""
     numbers = sorted({*np.linspace(0, dataset.size - 1, SAMPLE, dtype=int).tolist()})

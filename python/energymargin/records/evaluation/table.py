@@ -280,16 +280,26 @@ def evaluate(
 
 
 def tables_of(
-    labelled: LabelledScores, now: LabelledScores | None = None
+    labelled: LabelledScores,
+    now: LabelledScores | None = None,
+    *,
+    among: Among | None = None,
+    frames: Sequence[int] | None = None,
+    clipped: bool = False,
 ) -> list[tuple[LabelledScores, Among, Sequence[int]]]:
-    """The tables that tell most: which scores, among which states, at which horizons.
+    """The tables that tell most: which scores, among which states, at which horizons. With `among`
+    or `frames`, or `clipped`, those tables, of all scores.
 
     Of scores with a horizon the first one asks what they ask, of the states that are captured now:
     do they stay so? Beside them are the scores `now` of the same states as they are, which then
     have the second table. Scores without a horizon have a table among all states, and one among
     those that are captured now.
     """
+    if among is not None or frames or clipped:
+        scores = labelled if now is None else labelled.beside(now)
+        chosen = AMONG if among is None else (among,)
+        return [(scores, each, frames or HORIZONS) for each in chosen]
     if labelled.frames is None:
-        return [(labelled, among, HORIZONS) for among in AMONG]
+        return [(labelled, each, HORIZONS) for each in AMONG]
     both, whole = (labelled, labelled) if now is None else (labelled.beside(now), now)
     return [(both, "captured", [labelled.frames]), (whole, "all", HORIZONS)]

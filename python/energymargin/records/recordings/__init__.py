@@ -8,8 +8,9 @@ from energymargin.base.doors import check_doors
 from energymargin.records.recordings.bags import bag_topics, read_bag
 from energymargin.records.recordings.cleaning import Rules
 from energymargin.records.recordings.csv_files import Columns, from_table, read_csv
+from energymargin.records.recordings.kinds import kind_of
 from energymargin.records.recordings.labels import read_frame_labels, read_labels
-from energymargin.records.recordings.lerobot import read_lerobot
+from energymargin.records.recordings.lerobot import read_lerobot, read_successes
 from energymargin.records.recordings.placing import Placed, placed
 from energymargin.records.recordings.recording import Motion, Recording, Repairs
 from energymargin.records.recordings.trajectories import RecordedTask, dataset
@@ -25,12 +26,14 @@ __all__ = [
     "bag_topics",
     "dataset",
     "from_table",
+    "kind_of",
     "placed",
     "read_bag",
     "read_csv",
     "read_frame_labels",
     "read_labels",
     "read_lerobot",
+    "read_successes",
 ]
 
 check_doors(globals(), __all__)

@@ -102,11 +102,6 @@ def read_bag(
     return cleaned(_table(source, wanted, flat, checked), source, checked)
 
 
-def is_bag(path: Path) -> bool:
-    """Whether this is the path of a bag, and not that of a CSV file."""
-    return path.suffix.lower() in SUFFIXES or path.is_dir()
-
-
 def bag_topics(path: str | os.PathLike[str]) -> dict[str, str]:
     """The topics of a bag with their types, those with poses first. Errors as `read_bag`."""
     with _reader(FileSource(Path(path))) as reader:

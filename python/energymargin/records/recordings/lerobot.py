@@ -95,11 +95,6 @@ def _compare_rate(source: FileSource, folder: Path, times: NDArray[np.float64]) 
         warn([(str(source.path.parent), text)], text)
 
 
-def is_lerobot(path: Path) -> bool:
-    """Whether this is the folder of a LeRobot dataset."""
-    return (path / INFO).is_file()
-
-
 def read_successes(path: str | os.PathLike[str]) -> dict[str, bool] | None:
     """Whether each episode succeeded, by the name of its recording: whether `next.success` was ever
     true. None: the dataset does not have that. Errors as `read_lerobot`."""

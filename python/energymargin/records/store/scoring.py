@@ -208,13 +208,6 @@ def _sample(states: int, most: int) -> list[int]:
     return sorted({*np.linspace(0, states - 1, most, dtype=int).tolist()})
 
 
-def has_clock(dataset: Dataset) -> bool:
-    """Whether its problems have a horizon; those of one dataset are alike in that."""
-    found = (dataset.possible_problems([number])[0] for number in range(dataset.size))
-    horizons = (problem.horizon for problems in found for problem in problems.values())
-    return next(horizons, None) is not None
-
-
 def _require_clock(metrics: Sequence[str], problems: Iterable[Problem]) -> None:
     """Raises ValueError on a metric with a clock where the problems have none, and the reverse."""
     clocks = {problem.horizon is not None for problem in problems}
