@@ -11,27 +11,29 @@ STEP = 1 / 240
 
 
 class PointMass(em.engines.Engine):
-    """Forces move it, and nothing turns it."""
+    """Forces move it, a wind along x among them, which plans command, and nothing turns it."""
 
-    name, step = "point mass", STEP
+    name, step, commands = "point mass", STEP, {"wind": 0.0}
 
-    def __init__(self, mass: float) -> None:
+    def __init__(self, mass: float = 1.0) -> None:
         """`mass`: in kg."""
         self.mass = mass
 
     def digest(self) -> str:
         """What else would be another engine."""
-        return f"point mass of {self.mass!r} kg"
+        return f"{type(self).__name__} of {self.mass!r} kg"
 
     def play(self, batch):
         """States at the check times, no memory, and the work of the push in each step."""
         position, velocity = batch.states[:, :3].copy(), batch.states[:, 7:10].copy()
         states, work = [], np.empty((len(position), batch.steps, 1))
+        wind = np.zeros_like(batch.pushes[:, :, 0, :3])
+        wind[..., 0] = batch.commands.get("wind", 0.0)
         for step in range(batch.steps):
-            force = batch.pushes[:, step, 0, :3]
-            before, velocity = velocity, velocity + STEP / self.mass * force
+            push = batch.pushes[:, step, 0, :3]
+            before, velocity = velocity, velocity + STEP / self.mass * (push + wind[:, step])
             position = position + STEP * velocity
-            work[:, step, 0] = STEP * (force * (before + velocity) / 2).sum(axis=1)
+            work[:, step, 0] = STEP * (push * (before + velocity) / 2).sum(axis=1)
             if (step + 1) % batch.every == 0:
                 states.append(batch.states.copy())
                 states[-1][:, :3], states[-1][:, 7:10] = position, velocity
@@ -55,7 +57,7 @@ def problem(engine: em.engines.Engine) -> em.Problem:
 
 
 if __name__ == "__main__":
-    asked = problem(PointMass(1.0))
-    em.engines.check(PointMass(1.0), asked)
+    asked = problem(PointMass())
+    em.engines.check(PointMass(), asked)
     print(em.capture_probability(asked, rollouts=400))
     print(f"effort {em.escape_effort(asked, nodes=2000).effort:.4f} J")

@@ -9,6 +9,8 @@
 
 #include "base/thread_pool.hpp"
 #include "energymargin/random.hpp"
+#include "energymargin/simulator.hpp"
+#include "energymargin/state.hpp"
 #include "scene/feedback.hpp"
 #include "search/horizon.hpp"
 #include "search/rollouts.hpp"
@@ -100,8 +102,9 @@ class PolicyRollouts {
   void run(std::vector<Together>& rollouts, ThreadPool& pool, const WorldOf& world, const Limit& limit) {
     const auto count = static_cast<Eigen::Index>(rollouts.size());
     begin(count);
+    const State first = with_memory(problem_.state);
     for (Together& rollout : rollouts) {
-      rollout.state = problem_.state;
+      rollout.state = first;
       rollout.over = rollout.ends(rollout.state, 0);
     }
     int step = 0;
@@ -147,6 +150,15 @@ class PolicyRollouts {
     for (Eigen::Index i = 0; i <= law_.delay; ++i) {
       queue_.push_back(memory.segment(1 + i * size, size).transpose().replicate(count, 1));
     }
+  }
+
+  // What a simulator knows behind a state that is set from outside.
+  State with_memory(const State& state) const {
+    const auto& simulator = problem_.scene.stepping().simulator;
+    if (!simulator || state.size() != StateLayout(problem_.scene).dimension()) return state;
+    State whole(state.size() + simulator->memory);
+    whole << state, simulator->start(state.transpose()).row(0).transpose();
+    return whole;
   }
 
   static void stop(std::vector<Together>& rollouts) {

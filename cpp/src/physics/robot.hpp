@@ -56,14 +56,15 @@ class Corrections {
     return steps;
   }
 
-  //! Those of a step; null if the limit was reached.
-  const double* at(const Engine& engine, int step, const NoiseSeeds* noise, const Limit& limit) {
+  //! Those of a step; null if the limit was reached. `simulated`: as of Robot::decide.
+  const double* at(const Engine& engine, int step, const NoiseSeeds* noise, const Limit& limit,
+                   const State* simulated) {
     const double now = control_time(step);
     const bool begins = memory_[0] == 0.0;
     if (begins) memory_.segment(1, size() * (feedback_.delay + 1)) = first_.replicate(feedback_.delay + 1, 1);
     if (begins || control_time(step - 1) != now) {
       const std::optional<std::uint64_t> seed = seed_of(noise, step);
-      if (!observe(engine, std::max(0.0, now), seed, limit)) return nullptr;
+      if (!observe(engine, std::max(0.0, now), seed, limit, simulated)) return nullptr;
     }
     memory_[0] = 1.0;
     has_moved_ = true;
@@ -86,8 +87,12 @@ class Corrections {
     return seed;
   }
 
-  bool observe(const Engine& engine, double time, std::optional<std::uint64_t> seed, const Limit& limit) {
-    engine.read(state_);
+  bool observe(const Engine& engine, double time, std::optional<std::uint64_t> seed, const Limit& limit,
+               const State* simulated) {
+    if (simulated)
+      state_ = *simulated;
+    else
+      engine.read(state_);
     const Eigen::Index queued = size() * feedback_.delay;
     Eigen::VectorXd newest(size());
     if (policy_ && !ask(time, seed, limit, newest)) return false;
@@ -189,10 +194,11 @@ class Robot {
     noise_ = noise;
   }
 
-  //! Finds what acts in a step of the plan. False if the limit was reached before a policy answered.
-  bool decide(const Engine& engine, int step, const Limit& limit) {
+  //! Finds what acts in a step of the plan. False if the limit was reached before a policy answered. `simulated`: the
+  //! state of a simulator, with its memory, in place of the engine's.
+  bool decide(const Engine& engine, int step, const Limit& limit, const State* simulated = nullptr) {
     take_row(std::min(step, plan_.rows() - 1));
-    return !plan_.feedback || correct(engine, step, limit);
+    return !plan_.feedback || correct(engine, step, limit, simulated);
   }
 
   //! That of the joints, in the order of their names.
@@ -257,8 +263,9 @@ class Robot {
     for (std::size_t i = 0; i < velocities_.size(); ++i) velocities_[i] = plan_.velocities[i].velocities.row(row);
   }
 
-  bool correct(const Engine& engine, int step, const Limit& limit) {
-    const double* const corrections = commands_ ? commands_->data() : corrections_->at(engine, step, noise_, limit);
+  bool correct(const Engine& engine, int step, const Limit& limit, const State* simulated) {
+    const double* const corrections =
+        commands_ ? commands_->data() : corrections_->at(engine, step, noise_, limit, simulated);
     if (!corrections) return false;
     const Feedback& feedback = *plan_.feedback;
     for (std::size_t i = 0; i < corrected_.size(); ++i) {

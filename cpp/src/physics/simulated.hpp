@@ -157,7 +157,7 @@ class SimulatedRollouts {
         pushes_.row(at) = row.question.pushes[row.push].wrenches.transpose();
         --row.left;
         if (!row.robot) continue;
-        if (!row.robot->decide(geometry_, now(row) + step, limit)) return false;
+        if (!row.robot->decide(geometry_, now(row) + step, limit, &row.state)) return false;
         const std::vector<double>& targets = row.robot->targets();
         for (std::size_t k = 0; k < targets.size(); ++k) commands_(at, static_cast<Eigen::Index>(k)) = targets[k];
       }

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "base/check.hpp"
+#include "energymargin/simulator.hpp"
 
 namespace energymargin {
 namespace {
@@ -107,7 +108,9 @@ Observed observed(const Scene& scene, const std::string& name) {
       "\"force(a, b)\"");
 }
 
-Observer::Observer(const Scene& scene, const std::vector<std::string>& names) : layout_(scene), kinematics_(scene) {
+Observer::Observer(const Scene& scene, const std::vector<std::string>& names)
+    : layout_(scene), kinematics_(scene), all_(layout_.dimension()) {
+  if (const auto& simulator = scene.stepping().simulator) all_ += simulator->memory;
   for (const std::string& name : names) {
     names_.push_back(observed(scene, name));
     if (names_.back().kind == Observed::Kind::force) reject("observe", "with '" + name + "'", "numbers of a state");
@@ -115,7 +118,7 @@ Observer::Observer(const Scene& scene, const std::vector<std::string>& names) : 
 }
 
 Eigen::RowVectorXd Observer::operator()(const State& state) const {
-  if (names_.empty()) return state.head(layout_.dimension()).transpose();
+  if (names_.empty()) return state.head(all_).transpose();
   Eigen::RowVectorXd numbers(size());
   for (std::size_t i = 0; i < names_.size(); ++i) numbers[static_cast<Eigen::Index>(i)] = (*this)(state, names_[i]);
   return numbers;

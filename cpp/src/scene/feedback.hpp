@@ -24,10 +24,10 @@ Observed observed(const Scene& scene, const std::string& name);
 //! Reads numbers from states: those of some names, but for forces, or all.
 class Observer {
  public:
-  //! No names: all numbers of a state. Throws std::invalid_argument.
+  //! No names: all numbers of a state, and behind them a simulator's memory. Throws std::invalid_argument.
   Observer(const Scene& scene, const std::vector<std::string>& names);
 
-  Eigen::Index size() const { return names_.empty() ? layout_.dimension() : static_cast<Eigen::Index>(names_.size()); }
+  Eigen::Index size() const { return names_.empty() ? all_ : static_cast<Eigen::Index>(names_.size()); }
 
   //! Those of a state.
   Eigen::RowVectorXd operator()(const State& state) const;
@@ -39,6 +39,7 @@ class Observer {
   StateLayout layout_;
   Kinematics kinematics_;
   std::vector<Observed> names_;
+  Eigen::Index all_;
 };
 
 //! A number of a plan's rows.

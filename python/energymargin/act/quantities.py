@@ -8,10 +8,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from energymargin._core import Feedback, Plan, Problem
 from energymargin.base.checks import one_of, positive_number
+from energymargin.model.engines import Engine, with_varied
 from energymargin.model.plans import in_steps
 
 
@@ -31,13 +33,19 @@ def quantity_of(problem: Problem, name: str) -> Quantity:
     """A quantity by its name.
 
     "push" is the largest force of a disturbance [N], of which its forces and torques are scaled;
-    "horizon" [s], in whole steps; "speed" of a plan, 1 as it is; "delay" of a feedback or a named
-    policy [s], in whole control periods; "gain" of a feedback, 1 as it is; "friction.BODY",
+    "horizon" [s], in whole steps; "speed" of a plan, 1 as it is; "delay" of a feedback or a policy
+    [s], in whole control periods; "gain" of a feedback, 1 as it is; "friction.BODY",
     "friction.BODY,BODY" of a pair; "mass.BODY" [kg]; "force.JOINT", the largest of its drive [N] or
     [N m]; "x.BODY", "y.BODY", "z.BODY" and "rx.BODY", "ry.BODY", "rz.BODY" move a free body along
-    an axis of the world [m] or turn it about one [rad]. Raises ValueError on another name, and on
-    what has no such quantity.
+    an axis of the world [m] or turn it about one [rad]. An em.engines.Engine has those that it
+    `varies`. Raises ValueError on another name, and on what has no such quantity.
     """
+    engine = problem.scene.engine
+    if isinstance(engine, Engine) and name in engine.varies:
+        unit = "kg" if name.startswith("mass.") else ""
+        return Quantity(
+            name, unit, engine.varies[name], lambda value: with_varied(problem, {name: value})
+        )
     kind, _, of = name.partition(".")
     one_of("vary", f"{kind}.{OF.get(kind, 'BODY')}" if of else kind, KINDS)
     return QUANTITIES[kind](problem, name, of)
@@ -84,17 +92,37 @@ def _speed(problem: Problem, name: str, _: str) -> Quantity:
 
     def faster(value: float) -> Problem:
         step = problem.scene.step
-        moves = {body: value * rows for body, rows in plan.velocities.items()}
-        rows: dict[str, Any] = {"wrenches": plan.wrenches, "targets": plan.targets}
-        quick = Plan(
-            plan.step / positive_number(name, value), velocities=moves, limits=plan.limits, **rows
-        )
-        quick = in_steps(quick, step)
+        longer = max(step * positive_number(name, value) / plan.step, 1.0)  # in rows, as of now
+        moves = {b: value * _means(rows, longer) for b, rows in plan.velocities.items()}
+        pushes = {b: _means(rows, longer) for b, rows in plan.wrenches.items()}
+        targets = {j: _lasts(rows, longer) for j, rows in plan.targets.items()}
+        given: dict[str, Any] = {"wrenches": pushes, "targets": targets, "velocities": moves}
+        quick = in_steps(Plan(longer * plan.step / value, limits=plan.limits, **given), step)
         # A horizon is whole steps, and no longer than the plan.
         end = min(round(horizon / value / step), int(quick.duration / step + ALMOST))
         return problem.replace(plan=quick, horizon=max(1, end) * step)
 
     return Quantity(name, "", 1.0, faster)
+
+
+def _means(rows: NDArray[np.float64], longer: float) -> NDArray[np.float64]:
+    """Means of rows (K, 6) over rows that are so many times longer."""
+    if longer == 1.0:
+        return rows
+    whole = np.concatenate([np.zeros((1, rows.shape[1])), np.cumsum(rows, axis=0)])
+    ends = _ends(len(rows), longer)
+    sums = [np.interp(ends, np.arange(len(rows) + 1), column) for column in whole.T]
+    return np.asarray(np.diff(np.stack(sums, axis=1), axis=0) / longer)
+
+
+def _lasts(rows: NDArray[np.float64], longer: float) -> NDArray[np.float64]:
+    """The last of the rows (K,) in each that is so many times longer."""
+    places = np.ceil(_ends(len(rows), longer)[1:] - ALMOST).astype(int) - 1
+    return np.asarray(rows[places])
+
+
+def _ends(count: int, longer: float) -> NDArray[np.float64]:
+    return np.minimum(longer * np.arange(int(np.ceil(count / longer - ALMOST)) + 1), count)
 
 
 def _delay(problem: Problem, name: str, _: str) -> Quantity:
@@ -107,7 +135,7 @@ def _delay(problem: Problem, name: str, _: str) -> Quantity:
         delay = round(value / law["period"])
         if plan.policy is None:
             return problem.replace(plan=_with_law(plan, delay=delay))
-        return _edited(problem, lambda whole: whole["plan"]["policy"].update(delay=delay))
+        return problem.replace(plan=plan.policy.delayed(delay))
 
     return Quantity(name, "s", law["delay"] * law["period"], late)
 

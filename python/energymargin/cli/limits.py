@@ -72,7 +72,7 @@ def limits(
         draws: Rollouts of each value at most, 120, or of a grasp 80; more make the interval
             narrower.
         seed: Of the draws, which are the same for all values.
-        store: A file of answers of a problem; what it has is not run again.
+        store: A file of answers; what it has is not run again.
         output: Also the card, as .html with a picture, .md or .json.
         overwrite: Replace the file if it exists.
     """
@@ -81,12 +81,10 @@ def limits(
     asked: dict[str, Any] = {"vary": dict(map(_range, vary)), "seed": seed}
     asked |= {"probability": probability, "confidence": confidence, "timeout": where.timeout}
     asked |= {} if draws is None else {"draws": draws}
-    asked["executor"] = where.executor()
+    asked |= {"executor": where.executor(), "store": store}
     found: CriticalValues | GraspLimits
     if hand is None:
-        found = _of_problem(file, {**asked, "store": store})
-    elif store is not None:
-        raise ValueError("--store is of a problem, expected none with --hand")
+        found = _of_problem(file, asked)
     else:
         found = _of_grasps(rows.read(file), hand, protocol, thing, asked)
     told = summary(found)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,6 +25,7 @@ from energymargin.grasps.grasp_set import GraspSet
 from energymargin.grasps.hands import Hand, ParallelGripper
 from energymargin.grasps.outcomes import Grasp
 from energymargin.grasps.protocols import Protocol
+from energymargin.grasps.rows import KeptRows
 from energymargin.grasps.scores import grasp_of
 from energymargin.grasps.scoring import trials_of
 from energymargin.grasps.trials import GraspTrials
@@ -90,6 +93,7 @@ def limits(
     confidence: float = 0.95,
     draws: int = DRAWS,
     tolerance: float = 0.02,
+    store: str | Path | None = None,
     threads: int | None = None,
     executor: Executor | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -109,6 +113,7 @@ def limits(
         confidence: of each interval.
         draws: how many trials of each value there may be.
         tolerance: to which share of itself a critical value is searched.
+        store: a file of answers. Grasps whose limits it has are not asked again.
         threads: None takes all cores that this process may use. Nothing depends on them.
         executor: in place of threads, of `em.executors`.
         progress: progress(done, total) counts grasps.
@@ -136,19 +141,43 @@ def limits(
                 found[name][grasp.number] = one
 
     sizes = {"probability": probability, "confidence": confidence, "draws": draws}
+    sizes["tolerance"] = tolerance
     limit = Limit(timeout, cancel)
-    ask(
-        [[grasp_of(grasps, number) for number in range(len(grasps))]],
-        *(partial(_limits_of, trials, vary, {**sizes, "tolerance": tolerance}), note),
-        total=len(grasps),
-        progress=progress,
-        threads=threads,
-        executor=executor,
-        **limit.rest(),
-    )
+    ways: dict[str, Any] = {"read": _read, "written": _written}
+    with ExitStack() as opened:
+        kept = None
+        if store is not None:
+            ends = {name: list(map(float, vary[name])) for name in vary}
+            kept = opened.enter_context(KeptRows(store, trials, "limits", ends, sizes, **ways))
+        ask(
+            [[grasp_of(grasps, number) for number in range(len(grasps))]],
+            *(partial(_limits_of, trials, vary, sizes), note),
+            kept=None if kept is None else kept.rows,
+            total=len(grasps),
+            progress=progress,
+            threads=threads,
+            executor=executor,
+            **limit.rest(),
+        )
     if not errors and all(one is None for one in next(iter(found.values()))):
         limit.require("a grasp has its limits")
     return GraspLimits(grasps, found, errors)
+
+
+def _written(found: Found | str) -> bytes | None:
+    if isinstance(found, str):
+        return None
+    rows = {name: vars(one) | {"outcomes": one.outcomes.tolist()} for name, one in found.items()}
+    return json.dumps(rows).encode()
+
+
+def _read(_: Grasp, content: bytes) -> Found:
+    rows = json.loads(content)
+    for one in rows.values():
+        one["range"] = tuple(one["range"])
+        one["crossings"] = tuple(map(tuple, one["crossings"]))
+        one["outcomes"] = np.array(one["outcomes"], float).reshape(-1, 3)
+    return {name: CriticalValue(**one) for name, one in rows.items()}
 
 
 def _limits_of(

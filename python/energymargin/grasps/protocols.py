@@ -14,7 +14,7 @@ from energymargin.base.checks import check_type, not_negative_number, one_of, po
 
 GRAVITY = 9.81  # m/s^2
 GRAVITIES = ("always", "closed", "never")
-KINDS = ("hold", "lift", "turn", "shake", "swing")
+KINDS = ("hold", "lift", "turn", "shake", "swing", "open")
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,8 @@ class Motion:
 
     Args:
         kind: "hold" stands still, "lift" moves by `amount`, "turn" turns by it, "shake" swings
-            along an axis and "swing" about it with this amplitude; see `em.motions`.
+            along an axis and "swing" about it with this amplitude, see `em.motions`; "open" opens
+            the hand, which stands still.
         duration: [s]
         amount: [m], or [rad] of "turn" and "swing".
         axis: along or about which.
@@ -50,7 +51,7 @@ class Motion:
     def rows(self, hand: NDArray[np.float64], step: float) -> NDArray[np.float64]:
         """Velocities of the hand, (K, 6), from an orientation, (3, 3), on."""
         axis = hand @ np.array(self.axis) if self.frame == "hand" else np.array(self.axis)
-        if self.kind == "hold":
+        if self.kind in ("hold", "open"):
             return motions.hold(self.duration, step=step)
         if self.kind == "lift":
             return motions.lift(self.amount, self.duration, direction=axis, step=step)
@@ -138,6 +139,16 @@ class Protocol:
             parts.append(rows)
         return np.concatenate(parts)
 
+    def shares(self, step: float) -> NDArray[np.float64]:
+        """How far the hand is open in each step, from 0, closed, to 1, (K,)."""
+        parts, now = [np.zeros(0)], 0.0
+        for motion in self.motions:
+            count = len(motion.rows(np.eye(3), step))
+            opens = motion.kind == "open"
+            parts.append(np.linspace(now, 1.0, count) if opens else np.full(count, now))
+            now = 1.0 if opens else now
+        return np.concatenate(parts)
+
     @property
     def text(self) -> dict[str, Any]:
         """All of it, as JSON."""
@@ -172,7 +183,10 @@ SHAKE = Protocol(
         *(Motion("swing", 1.0, 0.5, axis, "hand", 2.0) for axis in ((1, 0, 0), (0, 1, 0))),
     ]
 )
+RELEASE = Protocol([Motion("open", 0.4), Motion("lift", 0.6, -0.1, frame="hand")])
+"""A thing is let go, and the hand backs off along its approach."""
 PRESETS = {"hold": HOLD, "lift": LIFT, "graspa": GRASPA, "acronym": ACRONYM, "shake": SHAKE}
+PRESETS["release"] = RELEASE
 
 
 def protocol_of(protocol: Protocol | str) -> Protocol:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
 from dataclasses import astuple, dataclass
 from pathlib import Path
+from typing import Any
 
 from energymargin.disturbances import text_of
 from energymargin.executors import Kept
@@ -32,15 +34,23 @@ class KeptRows(AnswerFile):
     """A store, and what its rows depend on beside the grasp."""
 
     def __init__(
-        self, store: str | Path, trials: GraspTrials, rollouts: int, effort: int | None
+        self,
+        store: str | Path,
+        trials: GraspTrials,
+        *more: Any,
+        read: Callable[[Grasp, bytes], Any] | None = None,
+        written: Callable[[Any], bytes | None] | None = None,
     ) -> None:
-        """Errors: as AnswerFile. Raises ValueError on a disturbance or a belief that cannot be
-        written down."""
+        """`more`: what is asked besides. Rows are GraspRows, or what `read` and `written` say.
+
+        Errors: as AnswerFile. Raises ValueError on a disturbance or a belief that cannot be written
+        down.
+        """
         asked = {name: getattr(trials, name).text for name in OF_TRIALS}
         asked |= {name: getattr(trials, name) for name in ("colliding", "seed", "step")}
-        self._asked = json.dumps([asked, text_of(trials.disturbance), rollouts, effort])
+        self._asked = json.dumps([asked, text_of(trials.disturbance), *more])
         super().__init__(store, create=True)
-        self.rows = Kept(self, self._digest, _read, _written)
+        self.rows = Kept[Grasp, Any](self, self._digest, read or _read, written or _written)
 
     def _digest(self, grasp: Grasp) -> bytes:
         return self.key(self._asked, grasp.opening, grasp.pose.tobytes(), grasp.placed.tobytes())

@@ -272,7 +272,8 @@ class GraspTrials:
         protocol, hand = self.protocol, closed.hand
         scene, _ = self.scene(np.nan, draw, gravity=protocol.gravity != "never")
         rows = protocol.rows(closed.base[:3, :3] @ hand.frame[:3, :3], self.step)
-        kept = {name: np.full(len(rows), shut) for name, (_, shut) in hand.targets.items()}
+        shares = protocol.shares(self.step)
+        kept = {name: shut + shares * (wide - shut) for name, (wide, shut) in hand.targets.items()}
         captured, angle, base = self._place(closed), protocol.angle, hand.base
         if angle is not None:
             ways = [(e, closed.thing[:3, :3] @ e) for e in np.eye(3)[[0, 2]]]

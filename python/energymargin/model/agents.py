@@ -26,6 +26,8 @@ class Agent:
     """Shape of one observation; None: the space has none, as a Dict."""
     does: tuple[int, ...] | None
     """Shape of one action; None: the same."""
+    parts: tuple[tuple[str, tuple[int, ...]], ...] = ()
+    """Names and shapes of a Dict observation, which comes as one row of all."""
 
     @property
     def __name__(self) -> str:
@@ -34,12 +36,13 @@ class Agent:
 
     def __call__(self, seen: Rows, memory: Rows | None, time: float) -> NDArray[Any]:
         """Actions, a row an observation. Raises ValueError on other shapes than the spaces'."""
-        _require_shape("the agent sees", seen, self.sees, "observation", "give observe=")
+        parts = self.given(seen)
+        given = parts if self.parts else parts[""]
         predict = getattr(self.model, "predict", None)
         if predict is None:
-            answer, state = _answer(self.model, seen), None
+            answer, state = _answer(self.model, given), None
         else:
-            answer, state = predict(seen, deterministic=True)
+            answer, state = predict(given, deterministic=True)
         if state is not None:
             raise ValueError(
                 "the agent has a state of its own, expected one without: give em.Policy an act "
@@ -47,7 +50,76 @@ class Agent:
             )
         actions = np.asarray(answer)
         _require_shape("the agent returned", actions, self.does, "action", "ask its own agent")
-        return actions
+        return actions.reshape(len(actions), -1) if len(self.does or ()) > 1 else actions
+
+    def given(self, seen: Rows) -> dict[str, Rows]:
+        """Observations by the names of their space; "" of one that is no Dict."""
+        if self.parts:
+            return self._by_name(seen)
+        if self.sees is not None and seen.shape[1:] == (int(np.prod(self.sees)),):
+            seen = seen.reshape(len(seen), *self.sees)
+        _require_shape("the agent sees", seen, self.sees, "observation", "give observe=")
+        return {"": seen}
+
+    def _by_name(self, seen: Rows) -> dict[str, Rows]:
+        """The parts of a Dict observation."""
+        ends = np.cumsum([int(np.prod(shape)) for _, shape in self.parts])
+        if seen.shape[1:] != (ends[-1],):
+            raise ValueError(
+                f"the agent sees rows of the shape {seen.shape[1:]}, expected ({ends[-1]},), all "
+                "parts of the observation space in its order"
+            )
+        columns = np.split(seen, ends[:-1], axis=1)
+        return {
+            name: part.reshape(len(seen), *shape)
+            for (name, shape), part in zip(self.parts, columns, strict=True)
+        }
+
+
+@dataclass(frozen=True)
+class Chunks:
+    """What an agent of LeRobot does, which plans several actions at a time: its memory has those
+    that are left, and how many."""
+
+    agent: Agent
+    actions: int
+    """Of one plan that are carried out."""
+
+    @property
+    def __name__(self) -> str:
+        """What errors call it."""
+        return self.agent.__name__
+
+    @property
+    def memory(self) -> int:
+        """Numbers that a rollout remembers."""
+        return 1 + self.actions * int(np.prod(self.agent.does or ()))
+
+    def __call__(self, seen: Rows, memory: Rows, time: float) -> tuple[Rows, Rows]:
+        """Actions, a row an observation, and the memory."""
+        rows, memory = len(seen), memory.copy()
+        empty = memory[:, 0] == 0.0
+        if empty.any():
+            named = {_NAMES.get(name, f"observation.{name}"): part
+                     for name, part in self.agent.given(seen).items()}  # fmt: skip
+            plan = np.asarray(_answer(self.agent.model, named, "predict_action_chunk"))
+            wanted = (rows, *(self.agent.does or ()))
+            if plan.ndim != 3 or (plan.shape[0], plan.shape[2]) != wanted:
+                raise ValueError(
+                    f"the agent planned actions of the shape {plan.shape}, expected {wanted[0]}, "
+                    f"their number, {wanted[1]}"
+                )
+            memory[empty, 0] = self.actions
+            memory[empty, 1:] = plan[empty, : self.actions].reshape(int(empty.sum()), -1)
+        width = int(np.prod(self.agent.does or ()))
+        first = 1 + width * (self.actions - memory[:, :1].astype(int)) + np.arange(width)
+        actions = np.take_along_axis(memory, first, axis=1)
+        memory[:, 0] -= 1.0
+        return actions, memory
+
+
+_NAMES = {"": "observation.state", "agent_pos": "observation.state"}
+"""Of parts of an observation, as LeRobot calls them."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +132,9 @@ class Bounded:
 
     def __call__(self, actions: Rows) -> ArrayLike:
         """Commands, a row an action."""
-        clipped = actions if self.low is None else np.clip(actions, self.low, self.high)
+        clipped = actions
+        if self.low is not None:
+            clipped = np.clip(actions, np.ravel(self.low), np.ravel(self.high))
         return clipped if self.convert is None else self.convert(clipped)
 
 
@@ -74,7 +148,7 @@ def arguments_of(env: Any, model: Any, given: dict[str, Any]) -> dict[str, Any]:
         raise ValueError(f"env is {shown(env)}, expected an environment of gymnasium")
     if hasattr(getattr(model, "policy", None), "predict"):
         model = model.policy  # of stable-baselines3: without its environment, which does not pickle
-    if not callable(getattr(model, "predict", model)):
+    if not (hasattr(model, "predict_action_chunk") or callable(getattr(model, "predict", model))):
         raise ValueError(f"model is {shown(model)}, expected an agent with predict or a function")
     known = {name: value for name, value in given.items() if value is not None}
     if hasattr(inner, "policy_arguments"):
@@ -92,7 +166,12 @@ def arguments_of(env: Any, model: Any, given: dict[str, Any]) -> dict[str, Any]:
         raise ValueError(f"period is None, and {shown(env)} has no dt, expected its step [s]")
     space = env.action_space
     low, high = getattr(space, "low", None), getattr(space, "high", None)
-    act = Agent(model, env.observation_space.shape, space.shape)
+    seen = env.observation_space
+    parts = tuple((name, seen[name].shape) for name in getattr(seen, "spaces", ()))
+    act: Agent | Chunks = Agent(model, seen.shape, space.shape, parts)
+    if hasattr(model, "predict_action_chunk"):
+        act = Chunks(act, int(model.config.n_action_steps))
+        known["memory"] = act.memory
     return {**known, "period": period, "act": act,
             "convert": Bounded(low, high, known.get("convert"))}  # fmt: skip
 
@@ -117,11 +196,17 @@ def _require_shape(
         )
 
 
-def _answer(model: Any, seen: Rows) -> Any:
-    """What a function returns, or a module of torch."""
-    torch = sys.modules.get("torch")
+def _answer(model: Any, seen: Any, method: str = "__call__") -> Any:
+    """What a function returns, or a method, of arrays; a module of torch gets tensors."""
+    torch, asked = sys.modules.get("torch"), getattr(model, method)
     if torch is None or not isinstance(model, torch.nn.Module):
-        return model(seen)
+        return asked(seen)
     like = next(model.parameters(), torch.zeros(()))
+
+    def tensor(rows: Rows) -> Any:
+        return torch.as_tensor(rows, dtype=like.dtype, device=like.device)
+
+    named = isinstance(seen, dict)
     with torch.no_grad():
-        return model(torch.as_tensor(seen, dtype=like.dtype, device=like.device)).cpu().numpy()
+        given = {name: tensor(part) for name, part in seen.items()} if named else tensor(seen)
+        return asked(given).cpu().numpy()

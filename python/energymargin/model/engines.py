@@ -11,9 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin._core import Problem, Scene, regions
 from energymargin.base.checks import shown
+from energymargin.base.plausibility import kept_warnings
 
 Numbers = NDArray[np.float64]
+
+FAR = 1e6  # m; nothing is there
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +55,8 @@ class Engine(ABC):
     """What errors call it."""
     step: float
     """Length of a step [s], that of the scene."""
+    substeps: int = 1
+    """Steps of the simulator in one step, of which works are the sum."""
     memory: int = 0
     """h: numbers behind the scene's that a rollout goes on from."""
     commands: Mapping[str, float] = {}
@@ -60,6 +66,9 @@ class Engine(ABC):
     """Whether it keeps the promise of the same bits. Without it nothing promises bits."""
     concurrent: bool = False
     """Whether several threads may call `play` at once."""
+    varies: Mapping[str, float] = {}
+    """What can be another in it, with its values: "friction.BODY", "mass.BODY" [kg], and names of
+    its own. Beliefs and critical values ask for it."""
 
     @abstractmethod
     def digest(self) -> str:
@@ -79,9 +88,29 @@ class Engine(ABC):
         and the work of each object's push in each step, (n, steps, k) [J]: f . v + tau . omega
         times the step, at the mean of the velocities before and after."""
 
+    def varied(self, changes: Mapping[str, float]) -> Engine:
+        """The engine with other values of some that it `varies`; this one stays as it is."""
+        raise NotImplementedError(f"the engine {self.name!r} varies nothing, so it has no varied()")
+
     def __repr__(self) -> str:
         """Its name."""
         return f"Engine({self.name!r})"
+
+    @staticmethod
+    def _scene_as_text(scene: Scene) -> str:
+        """A scene, which does not pickle, as the JSON of a problem in it. Raises ValueError on what
+        files do not have."""
+        body = next(one.name for one in scene.bodies if one.role == "object")
+        everywhere = regions.HalfSpace(body, normal=(0, 0, 1), offset=FAR)
+        none: dict[str, Any] = {"force": (0, 0, 0), "torque": (0, 0, 0), "duration": 1.0}
+        with kept_warnings():
+            return Problem(scene, scene.pack(), captured=everywhere, **none).to_json()
+
+    @staticmethod
+    def _scene_of_text(text: str) -> Scene:
+        """The scene that was written so."""
+        with kept_warnings():
+            return Problem.from_json(text).scene
 
     def _start(self, states: Numbers) -> Numbers:
         return _shaped(self, "start", self.start(states), (len(states), self.memory))
@@ -124,6 +153,35 @@ class Engine(ABC):
             for what, part, shape in zip(("states", "memory", "work"), answer, shapes, strict=True)
         ]
         return parts[0].reshape(-1, d), parts[1], parts[2].reshape(n * steps, -1)
+
+
+def with_varied(problem: Problem, changes: Mapping[str, float]) -> Problem:
+    """A problem whose engine has other values. Raises ValueError on what that does not vary."""
+    engine = problem.scene.engine
+    for name in changes:
+        if name not in engine.varies:
+            known = ", ".join(engine.varies) or "nothing"
+            raise ValueError(f"the engine {engine.name!r} does not vary {name!r}, but {known}")
+    return problem.with_engine(engine.varied(changes))
+
+
+def problem(engine: Any, *, captured: Any, **question: Any) -> Problem:
+    """The question whether objects stay where they are to be, in an engine that knows its scene.
+
+    Args:
+        engine: one with `scene` and `state`, as em.engines.Gymnasium and em.mujoco.Engine.
+        captured: the capture set, as of em.Problem.
+        question: the other keywords of em.Problem, as force, horizon and plan. torque is by default
+            0, and duration 0.5 s.
+
+    Raises ValueError as em.Problem does.
+    """
+    if not (hasattr(engine, "scene") and hasattr(engine, "state")):
+        raise ValueError(f"engine is {shown(engine)}, expected one with a scene and a state")
+    question = {"torque": (0.0, 0.0, 0.0), "duration": 0.5, **question}
+    scene = engine.scene.with_engine(engine)
+    with kept_warnings():  # of what would be odd if the scene itself were simulated
+        return Problem(scene, engine.state, captured=captured, **question)
 
 
 _LOCK = threading.Lock()  # of all engines that one thread at a time may ask

@@ -36,7 +36,8 @@ class Policy(PolicyPlan):
             net(torch.as_tensor(x, dtype=torch.float32)).numpy()` under `torch.no_grad()`.
         period: between two control times [s]. Each is at the nearest step of the scene.
         observe: names of d numbers, as `observed` of em.Feedback but for forces, or a function of
-            (states (n, s)) that returns (n, d); None: the states themselves.
+            (states (n, s)) that returns (n, d); None: the states themselves. Behind the numbers of
+            the scene are those of the memory of an em.engines.Engine.
         command: names of m numbers, as `corrected` of em.Feedback: targets of joints "j", wrenches
             "b.fx" to "b.tz", velocities "b.vx" to "b.wz".
         memory: h, numbers that a rollout remembers; at first they are zeros.
@@ -115,8 +116,10 @@ class Policy(PolicyPlan):
             env: of gymnasium. One of em.gym says the rest itself, if all drives of its task are the
                 agent's.
             model: an agent with `predict(observations, deterministic=True)`, as those of
-                stable-baselines3; a module of torch; or a function of observations (n, d) that
-                returns actions (n, a).
+                stable-baselines3; one with `predict_action_chunk(observations)` and
+                `config.n_action_steps`, as those of LeRobot, which is to see one observation; a
+                module of torch; or a function of observations (n, d), or a dict of them by the
+                names of a Dict space, that returns actions (n, a).
             observe: what the agent sees of your scene, names or a function as of em.Policy.
             command: what the agent commands in your scene, m names.
             convert: from actions (n, a) to the commanded numbers (n, m); None: they are these.
@@ -139,6 +142,12 @@ class Policy(PolicyPlan):
         begun = Policy(**{**self._arguments, "name": named})
         begun._first = begun._commands(np.asarray(action)[None], 1)
         return begun
+
+    def delayed(self, delay: int) -> Policy:
+        """The policy whose answers act so many control periods later."""
+        late = Policy(**{**self._arguments, "delay": delay})
+        late._first = self._first
+        return late
 
     def __reduce__(self) -> tuple[Any, ...]:
         """With its code; ValueError if that cannot be pickled."""

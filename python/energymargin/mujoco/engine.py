@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from typing import Any
 
 import mujoco
@@ -18,6 +19,7 @@ from energymargin.base.checks import check_type, core_count
 from energymargin.mujoco.reading import Columns, Reader
 from energymargin.mujoco.scene_of import scene_of
 from energymargin.mujoco.states import States
+from energymargin.mujoco.variation import values_of, varied_model
 
 Numbers = NDArray[np.float64]
 
@@ -30,8 +32,9 @@ class Engine(em.engines.Engine):
 
     Its memory is MuJoCo's whole state (mjSTATE_INTEGRATION), pushes are forces of `xfrc_applied` at
     the centres of mass, and the commands of a plan or a policy are the model's controls by their
-    actuators' names. Controls that nobody commands stay those of the data. Rollouts run on threads
-    of their own, without Python's lock.
+    actuators' names. Controls that nobody commands stay those of the data. It varies
+    "friction.BODY", "mass.BODY" [kg] and "gain.ACTUATOR". Rollouts run on threads of their own,
+    without Python's lock.
 
     Args:
         model: a `mujoco.MjModel`.
@@ -79,34 +82,47 @@ class Engine(em.engines.Engine):
         )
         """The scene that sets, pictures and searches know, without an engine."""
         self._has_own_scene = scene is not None
-        self._columns = Columns(self.model)
-        self.memory = self._columns.size
+        self.columns = Columns(self.model)
+        """Where what is in its memory."""
+        self.memory = self.columns.size
         addresses = getattr(model, "actuator_ctrladr", range(model.nu))  # as of MuJoCo 4
         self._actuators = {
             model.actuator(i).name or f"actuator{i}": int(addresses[i]) for i in range(model.nu)
         }
         self.commands = {name: float(self.data.ctrl[at]) for name, at in self._actuators.items()}
+        self.varies = values_of(self.model)
         self._states = States(self.scene, self.model, others=self.scene.pack())
-        self._reader = Reader(self.scene, self.model, self._states, self._columns)
-        self._home = np.empty(self.memory)
-        mujoco.mj_getState(self.model, self.data, self._home, INTEGRATION)
-        self.state = self._reader.states(self._home[None])[0]
+        self._reader = Reader(self.scene, self.model, self._states, self.columns)
+        self.home = np.empty(self.memory)
+        """Memory of the start."""
+        mujoco.mj_getState(self.model, self.data, self.home, INTEGRATION)
+        self.state = self._reader.states(self.home[None])[0]
         """State of the scene at the start, shape (n,)."""
+        self.objects = self._reader.objects
+        """Numbers of the objects in the model."""
         self._idle = list[tuple[Any, mujoco_rollout.Rollout]]()
-        self._pool: ThreadPoolExecutor | None = None
 
     def digest(self) -> str:
         """Of the model's bytes, the start, the version of MuJoCo and the roles of the bodies."""
         model = np.empty(mujoco.mj_sizeModel(self.model), np.uint8)
         mujoco.mj_saveModel(self.model, None, model)
         found = hashlib.sha256(model.tobytes())
-        found.update(self._home.tobytes())
+        found.update(self.home.tobytes())
         found.update(mujoco.__version__.encode())
         return found.hexdigest()
 
+    def varied(self, changes: Mapping[str, float]) -> Engine:
+        """As the base class says, from the same state and controls."""
+        options = {"scene": self.scene, "threads": self.threads, "name": self.name}
+        return _engine_at(varied_model(self.model, changes), self.home, options)
+
+    def read(self, memory: Numbers) -> Numbers:
+        """States of the scene, shape (n, d), of memory (n, h)."""
+        return self._reader.states(memory)
+
     def start(self, states: Numbers) -> Numbers:
         """MuJoCo's states where the scene is at some: what the scene lacks is as in the data."""
-        memory = np.tile(self._home, (len(states), 1))
+        memory = np.tile(self.home, (len(states), 1))
         for row, state in zip(memory, states, strict=True):
             if not np.array_equal(state, self.state):
                 own = mujoco.MjData(self.model)
@@ -119,7 +135,7 @@ class Engine(em.engines.Engine):
         """As the base class says; on several threads if there are several rows."""
         count, steps = len(batch.states), batch.steps
         control = self._control(batch)
-        paths = np.empty((count, steps, self._columns.physics.size))
+        paths = np.empty((count, steps, self.columns.physics.size))
         memory = batch.memory.copy()
         rows = itertools.count()
 
@@ -131,14 +147,13 @@ class Engine(em.engines.Engine):
 
         threads = min(self.threads, count)
         if threads > 1:
-            if self._pool is None:
-                self._pool = ThreadPoolExecutor(self.threads, "mujoco")
-            for done in [self._pool.submit(work) for _ in range(threads)]:
+            pool = _pool(self.threads)
+            for done in [pool.submit(work) for _ in range(threads)]:
                 done.result()
         else:
             work()
         own = np.repeat(memory[:, None], steps // batch.every, axis=1)
-        own[..., self._columns.physics] = paths[:, batch.every - 1 :: batch.every]
+        own[..., self.columns.physics] = paths[:, batch.every - 1 :: batch.every]
         states = self._reader.states(own.reshape(-1, self.memory))
         states = states.reshape(count, -1, batch.states.shape[1])
         states[~np.isfinite(memory).all(axis=1)] = np.nan
@@ -146,7 +161,7 @@ class Engine(em.engines.Engine):
 
     def _control(self, batch: em.engines.Batch) -> Numbers:
         """What the user of MuJoCo sets in each step, shape (n, steps, u)."""
-        columns = self._columns
+        columns = self.columns
         control = np.repeat(batch.memory[:, None, columns.user], batch.steps, axis=1)
         for name, values in batch.commands.items():
             control[:, :, columns.control + self._actuators[name]] = values
@@ -157,7 +172,7 @@ class Engine(em.engines.Engine):
 
     def _roll(self, start: Numbers, control: Numbers, path: Numbers, end: Numbers) -> None:
         """One rollout: its physics in each step, and the memory after the last one."""
-        columns, steps = self._columns, len(path)
+        columns, steps = self.columns, len(path)
         try:
             data, rollout = self._idle.pop()
         except IndexError:
@@ -188,32 +203,41 @@ class Engine(em.engines.Engine):
         pushed = np.flatnonzero(batch.pushes.any(axis=(1, 2, 3)))
         if not pushed.size:
             return work
-        before = batch.memory[pushed][:, None, self._columns.physics]
+        before = batch.memory[pushed][:, None, self.columns.physics]
         twists = self._reader.twists(np.concatenate([before, paths[pushed]], axis=1))
         mean = (twists[:, :-1] + twists[:, 1:]) / 2
         work[pushed] = self.step * (batch.pushes[pushed] * mean).sum(axis=-1)
         return work
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """With the model and the start; ValueError with a scene of another making."""
-        if self._has_own_scene:
-            raise ValueError(
-                f"the engine {self.name!r} was made with scene=..., expected none where it is "
-                "pickled, as for another process: it then makes the scene of the model again"
-            )
-        options = {"threads": self.threads, "name": self.name}
-        roles = {
-            role: [b.name for b in self.scene.bodies if b.role == role]
-            for role in ("object", "effector")
+        """With the model, the start, and a scene of another making, as a problem's file has it."""
+        bodies = self.scene.bodies
+        own = {
+            name: [body.name for body in bodies if body.role == role]
+            for name, role in (("objects", "object"), ("effector", "effector"))
         }
-        return _unpickled, (self.model, self._home, roles, options)
+        options = {**own, "threads": self.threads, "name": self.name}
+        text = self._scene_as_text(self.scene) if self._has_own_scene else None
+        return _engine_at, (self.model, self.home, options, text)
 
 
-def _unpickled(model: Any, home: Numbers, roles: dict[str, list[str]], options: Any) -> Engine:
+def _engine_at(
+    model: Any, home: Numbers, options: dict[str, Any], scene: str | None = None
+) -> Engine:
+    """The engine of a model where MuJoCo's state is one."""
+    if scene is not None:
+        options = {"scene": Engine._scene_of_text(scene), **options}
     data = mujoco.MjData(model)
     mujoco.mj_setState(model, data, home, INTEGRATION)
     mujoco.mj_forward(model, data)
-    return Engine(model, data, objects=roles["object"], effector=roles["effector"], **options)
+    mujoco.mj_setState(model, data, home, INTEGRATION)  # with its warm start
+    return Engine(model, data, **options)
+
+
+@cache
+def _pool(threads: int) -> ThreadPoolExecutor:
+    """Shared by all engines of so many threads."""
+    return ThreadPoolExecutor(threads, "mujoco")
 
 
 def _names(given: Sequence[str] | str) -> tuple[str, ...]:

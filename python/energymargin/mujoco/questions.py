@@ -28,11 +28,9 @@ def problem(
         captured: the capture set, as of em.Problem.
         effector: bodies of the robot, by name.
         threads: that MuJoCo steps on; None: all cores.
-        question: the other keywords of em.Problem, as force, horizon and plan. torque is by default
-            0, and duration 0.5 s.
+        question: as of em.engines.problem.
 
     Raises ValueError as em.mujoco.Engine and em.Problem do.
     """
-    question = {"torque": (0.0, 0.0, 0.0), "duration": 0.5, **question}
     engine = Engine(model, data, objects=objects, effector=effector, threads=threads)
-    return em.Problem(engine.scene.with_engine(engine), engine.state, captured=captured, **question)
+    return em.engines.problem(engine, captured=captured, **question)

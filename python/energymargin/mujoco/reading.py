@@ -50,6 +50,11 @@ class Columns:
         """Of the first force, among those of the user."""
         self.control = place[int(self.controls[0])] if self.controls.size else 0
         """Of the first control, among those of the user."""
+        whole = of(kinds.mjSTATE_XFRC_APPLIED)
+        self.applied_of_whole = slice(int(whole[0]), int(whole[-1]) + 1)
+        """Of all of these forces in the whole."""
+        first = int(self.controls[0]) if self.controls.size else 0
+        self.control_of_whole = slice(first, first + self.controls.size)
         place = {int(column): at for at, column in enumerate(self.physics)}
         self.qpos_of_physics = np.array([place[int(c)] for c in self.qpos], np.intp)
         self.qvel_of_physics = np.array([place[int(c)] for c in self.qvel], np.intp)

@@ -8,22 +8,30 @@ from typing import Any
 import numpy as np
 
 import energymargin as em
+from energymargin.base.plausibility import kept_warnings
 
+FRAME = 1e-3  # kg, of a body without mass
 SMALLEST = 1e-3  # m, half an edge of a body without geoms
 
 
 def scene_of(
-    model: Any, data: Any, *, objects: Sequence[str], effector: Sequence[str] = ()
+    model: Any,
+    data: Any,
+    *,
+    objects: Sequence[str],
+    effector: Sequence[str] = (),
+    step: float | None = None,
 ) -> em.Scene:
-    """That of from_mjcf, in MuJoCo's step; of a model that it refuses, the named bodies alone, each
-    a box about its geoms.
+    """That of from_mjcf, in MuJoCo's step or another one [s]; of a model that it refuses, the named
+    bodies alone, each a box about its geoms.
 
     Raises ValueError on names that the model does not have.
     """
-    step = float(model.opt.timestep)
+    step = float(model.opt.timestep) if step is None else step
     try:
         scene = em.Scene(gravity=model.opt.gravity, step=step, friction_rule="max")
-        em.scenes.from_mjcf(model, scene, object=objects, effector=effector, data=data)
+        with kept_warnings():  # of what the scene leaves out: MuJoCo moves it all the same
+            em.scenes.from_mjcf(model, scene, object=objects, effector=effector, data=data)
     except ValueError:
         scene = em.Scene(gravity=model.opt.gravity, step=step, friction_rule="max")
         for role, names in (("object", objects), ("effector", effector)):
@@ -42,16 +50,17 @@ def _add_box(scene: em.Scene, model: Any, data: Any, name: str, role: str) -> No
     reach = max(
         (float(np.abs(model.geom_pos[g]).max() + model.geom_rbound[g]) for g in geoms), default=0.0
     )
-    mass = float(model.body_mass[number])
-    inertial = em.Inertial(
-        center=model.body_ipos[number],
-        inertia=model.body_inertia[number],
-        axes=np.roll(model.body_iquat[number], -1),
-    )
+    mass, inertial = float(model.body_mass[number]), None
+    if mass > 0.0 and model.body_inertia[number].all():
+        inertial = em.Inertial(
+            center=model.body_ipos[number],
+            inertia=model.body_inertia[number],
+            axes=np.roll(model.body_iquat[number], -1),
+        )
     scene.add_body(
         name,
         em.Box([2 * max(reach, SMALLEST)] * 3),
-        mass=mass,
+        mass=mass or FRAME,
         inertial=inertial,
         position=data.xpos[number],
         orientation=np.roll(data.xquat[number], -1),

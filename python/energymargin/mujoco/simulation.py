@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import energymargin as em
+from energymargin.mujoco.engine import INTEGRATION, Engine
 from energymargin.mujoco.states import States, servos
 
 Vector = NDArray[np.float64]
@@ -30,21 +31,33 @@ class Instant(NamedTuple):
 
 
 class Simulation:
-    """A copy of some data, step by step, and the work of the wrenches on the objects so far."""
+    """A rollout of em.mujoco.Engine, and the work of the wrenches on the objects so far."""
 
     def __init__(self, scene: em.Scene, model: Any, data: Any, plan: em.Plan | None = None) -> None:
         """`plan` begins where the data are. Raises ValueError if the model lacks what it moves."""
-        self.model, self.states, self.data = model, States(scene, model), copy(data)
+        self.model, self.engine = model, Engine(model, data, scene=scene)
+        self.states = States(scene, model)
+        self.row = self.engine.home.copy()
+        """MuJoCo's whole state now, mjSTATE_INTEGRATION."""
         self.steps = 0
         self.effort = 0.0
         """Integral of |f . v + tau . omega| dt [J]."""
         self.work = 0.0
-        names = [body.name for body in scene.bodies if body.role == "object"]
-        self.objects = [self.states.body_id(name) for name in names]
+        self.objects = self.engine.objects
         """Their numbers in the model."""
-        self._applied = np.array(data.xfrc_applied)
+        self._before = self.applied.copy()
         self._robot = ModelRobot(plan, model, self.states) if plan else None
-        self.push(np.zeros((len(names), 6)))
+        self.push(np.zeros((len(self.objects), 6)))
+
+    @property
+    def control(self) -> Vector:
+        """What the actuators are asked for from now on, a view of the row."""
+        return self.row[self.engine.columns.control_of_whole]
+
+    @property
+    def applied(self) -> Vector:
+        """Wrenches on all bodies from now on, a view of the row, shape (b, 6) [N, N m]."""
+        return self.row[self.engine.columns.applied_of_whole].reshape(-1, 6)
 
     @property
     def time(self) -> float:
@@ -59,64 +72,47 @@ class Simulation:
     def push(self, wrenches: Vector) -> None:
         """From now on wrenches act on the k objects, shape (k, 6) [N, N m]."""
         self._wrenches = wrenches
-        self._pushes = bool(np.any(wrenches))
-        self._turned = np.roll(wrenches, 3, axis=1)  # torque first, as MuJoCo has it
 
     def advance(self, steps: int) -> None:
         """Some steps. Raises RuntimeError if MuJoCo diverges."""
         end = self.steps + steps
         while self.steps < end:
             some = end - self.steps
-            self.data.xfrc_applied[:] = self._applied
+            self.applied[:] = self._before
             if self._robot:
                 some = min(some, self._robot.held(self.steps))
-                self._robot.act(self.data, self.steps)
-            self.data.xfrc_applied[self.objects] += self._wrenches
-            self._step(some)
+                self._robot.act(self, self.steps)
+            pushes = np.repeat(self._wrenches[None, None], some, axis=1)
+            batch = em.engines.Batch(self.state()[None], self.row[None], pushes, {}, some, some)
+            _, rows, work = self.engine.play(batch)
+            if not np.isfinite(rows).all():
+                raise RuntimeError(f"MuJoCo diverged after {self.time:.3g} s")
+            self.row, self.steps = rows[0], self.steps + some
+            self.effort += float(np.abs(work).sum())
+            self.work += float(work.sum())
 
     def state(self) -> Vector:
         """State of the scene, shape (n,)."""
-        return self.states.read(self.data)
+        return self.engine.read(self.row[None])[0]
+
+    def data(self) -> Any:
+        """A `mujoco.MjData` there, whose poses and velocities are refreshed."""
+        data = mujoco.MjData(self.model)
+        mujoco.mj_setState(self.model, data, self.row, INTEGRATION)
+        self.states.refresh(data)
+        return data
 
     def put(self, state: Vector) -> None:
         """Goes on from another state, shape (n,)."""
-        self.states.write(self.data, state)
+        data = self.data()
+        self.states.write(data, state)
+        mujoco.mj_getState(self.model, data, self.row, INTEGRATION)
 
     def branch(self) -> Simulation:
         """A copy that goes on alone."""
         other = copy(self)
-        other.data = copy(self.data)
+        other.row = self.row.copy()
         return other
-
-    def _step(self, steps: int) -> None:
-        before = self.data.time
-        if self._pushes:
-            self._step_working(steps)
-        else:
-            mujoco.mj_step(self.model, self.data, steps)
-        if not self.data.time > before:  # then it has begun anew
-            raise RuntimeError(f"MuJoCo diverged after {self.time:.3g} s")
-        self.steps += steps
-
-    def _step_working(self, steps: int) -> None:
-        """An impulse works along the mean of the velocities before and after the step."""
-        half = self.model.opt.timestep / 2
-        before = self._powers()
-        for _ in range(steps):
-            mujoco.mj_step(self.model, self.data)
-            after = self._powers()
-            for one, other in zip(before, after, strict=True):
-                work = half * (one + other)
-                self.effort += abs(work)
-                self.work += work
-            before = after
-
-    def _powers(self) -> list[float]:
-        """Power of the wrench on each object, at its centre of mass [W]."""
-        self.states.refresh(self.data)
-        at_mass = mujoco.mjtObj.mjOBJ_BODY
-        twists = (self.states.twist(self.data, body, at_mass) for body in self.objects)
-        return [float(w @ twist) for w, twist in zip(self._turned, twists, strict=True)]
 
 
 STANDARD_GRAVITY = 9.81  # m/s^2, of the default limits of motors, as of a Plan
@@ -156,19 +152,21 @@ class ModelRobot:
             return 1
         return self._rows.next(step) - step
 
-    def act(self, data: Any, step: int) -> None:
+    def act(self, simulation: Simulation, step: int) -> None:
         """Sets the controls, and adds to the wrenches, for a step. A row begins at the step that is
         nearest to its time."""
         row, last = self._rows.last(step), self._plan.rows - 1
         for servo, targets in self._targets:
-            data.ctrl[servo.actuator.address] = servo.control(float(targets[min(row, last)]))
+            wanted = servo.control(float(targets[min(row, last)]))
+            simulation.control[servo.actuator.address] = wanted
         if row > last:
             return
         for body, wrenches in self._wrenches:
-            data.xfrc_applied[body] += wrenches[row]
+            simulation.applied[body] += wrenches[row]
+        data = simulation.data() if self._motors else None
         for body, velocities, limits in self._motors:
             wrench = self._motor(data, body, velocities[row])
-            data.xfrc_applied[body] += np.clip(wrench, -limits, limits)
+            simulation.applied[body] += np.clip(wrench, -limits, limits)
 
     def _motor(self, data: Any, body: int, wanted: Vector) -> Vector:
         """The wrench of a motor without limits, shape (6,)."""

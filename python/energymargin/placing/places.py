@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull, QhullError
 from scipy.spatial.transform import Rotation
 
-from energymargin import Cancel, Cancelled, Problem, Scene, World, rank, scenes
+from energymargin import Cancel, Cancelled, Plan, Problem, Scene, World, rank, scenes
 from energymargin.actions import Ranking, Standing
 from energymargin.base import checks
 from energymargin.base.limits import Limit
@@ -22,11 +22,13 @@ from energymargin.base.table_text import csv_text
 from energymargin.beliefs import Uncertainty
 from energymargin.disturbances import Uniform
 from energymargin.executors import Executor
+from energymargin.grasps import Hand, Protocol
 from energymargin.placing.boxes import Floats, frame_of, up_of
 from energymargin.placing.jolts import Jolts
 from energymargin.placing.pushes import Push, Pushes
+from energymargin.placing.releases import Release
 from energymargin.placing.settling import settle
-from energymargin.placing.stacks import place_of
+from energymargin.placing.stacks import carrier_of, place_of
 from energymargin.summary import Summarized
 
 INSIDE = 1e-4  # m; a thing that is deeper in another one has no room
@@ -106,6 +108,10 @@ def placements(
     knock: float = 0.1,
     shake: float = 0.0,
     tilt: float = 0.0,
+    plan: Plan | None = None,
+    hand: Hand | str | None = None,
+    grasp: ArrayLike | None = None,
+    release: Protocol | str = "release",
     uncertainty: Uncertainty | None = None,
     horizon: float = DURING,
     rollouts: int = 60,
@@ -144,6 +150,12 @@ def placements(
             another, as a share of the objects' mean weight.
         shake: largest peak of the support's acceleration [m/s^2], at 1 to 6 Hz.
         tilt: largest slope of the support [rad].
+        plan: of the support, a kinematic body, as a tray that goes on: from the release on, for its
+            duration, in place of `horizon`. There the places are those on the support.
+        hand: sets it down, as of `em.grasps.score`; None: nothing holds it.
+        grasp: where the hand holds the body: the grasp frame in the body's frame, (4, 4).
+        release: what the hand then does: a protocol of `em.grasps`. "release" opens it in 0.4 s,
+            and backs off by 10 cm along its approach; `horizon` follows.
         uncertainty: how well friction, masses, poses and velocities are known at the release.
         horizon: after the release [s].
         rollouts: the most draws of each candidate.
@@ -178,32 +190,28 @@ def placements(
     else:
         asked = _named(poses)
     place = checks.positive_number("radius", radius), checks.positive_number("angle", angle)
+    carrier, letting = carrier_of(scene, plan), None
+    if hand is not None:
+        _check_hand(plan, grasp, uncertainty)
+        letting = Release(scene, body, hand, grasp, release)  # type: ignore[arg-type]
+    during = checks.positive_number("horizon", horizon) if plan is None else plan.duration
     lift = checks.not_negative_number("height", height) * up_of(scene)
-    weight = float(np.linalg.norm(scene.gravity)) * float(
-        np.mean([one.mass for one in scene.bodies if one.role == "object"])
-    )
+    question = _Question(scene, body, objects, place, height, carrier)
     blocked: dict[str, str] = {}
     problems: dict[str, Problem] = {}
+    starts: dict[str, Floats] = {}
     for name, pose in asked.items():
         limit.require("the candidates were looked at")
-        released = room.state(pose, lift)
-        if (other := room.blocked_by(released)) is not None:
+        starts[name] = room.state(pose, lift)
+        asking = scene, starts[name], plan, during
+        other = room.blocked_by(starts[name])
+        if other is None and letting is not None:
+            other, asking = letting.begin(starts[name], during)
+        if other is not None:
             blocked[name] = other
             continue
-        meant = room.state(pose, np.zeros(3))
         with kept_warnings():  # a thing that is let go falls, in each of many problems
-            problems[name] = Problem(
-                scene,
-                released,
-                captured={
-                    o: place_of(scene, meant, o, *place, above=height * (o == body))
-                    for o in objects
-                },
-                force=(weight,) * 3,
-                torque=(0.0,) * 3,
-                duration=HOLD,
-                horizon=checks.positive_number("horizon", horizon),
-            )
+            problems[name] = question.problem(room.state(pose, np.zeros(3)), *asking)
     if not problems:
         where = ", ".join(sorted(set(blocked.values()))) or "nothing to stand on"
         raise ValueError(f"poses is {len(asked)} candidates, none of which has room: {where}")
@@ -226,12 +234,66 @@ def placements(
     for name in ranking.names[:pushed]:
         try:
             with kept_warnings():
-                rest = settle(scene, problems[name].state, **limit.rest())
+                rest = settle(scene, starts[name], **limit.rest())
                 pushes[name] = Pushes(scene, rest.state, limit).least(body)
         except (TimeoutError, Cancelled):
             break
     there = {name: asked[name] for name in problems}
     return Placements(scene, body, ranking, there, blocked, pushes)
+
+
+@dataclass(frozen=True, eq=False)
+class _Question:
+    """Whether a body and all other objects stay."""
+
+    scene: Scene
+    body: str
+    objects: list[str]
+    place: tuple[float, float]
+    height: float
+    carrier: str | None
+
+    def problem(
+        self, meant: Floats, scene: Scene, released: Floats, plan: Plan | None, horizon: float
+    ) -> Problem:
+        """From a state of a scene with or without a hand; `meant` is without."""
+        masses = [one.mass for one in self.scene.bodies if one.role == "object"]
+        weight = float(np.linalg.norm(self.scene.gravity)) * float(np.mean(masses))
+        given: dict[str, Any] = {"carrier": self.carrier}
+        captured = {
+            one: place_of(
+                *(self.scene, meant, one, *self.place),
+                above=self.height * (one == self.body),
+                **given,
+            )
+            for one in self.objects
+        }
+        none = (0.0,) * 3
+        return Problem(
+            *(scene, released),
+            captured=captured,
+            force=(weight,) * 3,
+            torque=none,
+            duration=HOLD,
+            horizon=horizon,
+            plan=plan,
+        )
+
+
+def _check_hand(
+    plan: Plan | None, grasp: ArrayLike | None, uncertainty: Uncertainty | None
+) -> None:
+    """Raises ValueError on what does not go with a hand."""
+    if grasp is None:
+        raise ValueError("grasp is None, expected where the hand holds the body, (4, 4)")
+    if plan is not None:
+        raise ValueError("plan and hand are given, expected one: a support that waits, or no hand")
+    known = uncertainty is None or (uncertainty.pose is None and uncertainty.velocity is None)
+    if not known:
+        raise ValueError(
+            "uncertainty has a pose or a velocity, but the hand holds the body: expected friction "
+            "and mass, and errors of its pose as poses of their own"
+        )
 
 
 class _Room:

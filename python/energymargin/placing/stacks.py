@@ -19,8 +19,10 @@ from energymargin import (
     Scene,
     capture_probability,
     critical_value,
+    critical_values,
     mass_properties,
     regions,
+    scenes,
 )
 from energymargin.base import checks
 from energymargin.base.limits import Limit
@@ -35,6 +37,7 @@ from energymargin.summary import Summarized
 SUPPORT = {"tilt": ("rad", np.pi / 3), "acceleration": ("m/s^2", 15.0)}
 """What the support may do: unit, and the most that is asked."""
 AZIMUTHS = 8
+SPEEDS = (0.1, 10.0)  # of a plan
 FINE, ROUGH = 0.005, 0.05  # of the range
 QUIET, MANY = 16, 120  # draws of a value without knocks, and with some
 HOLD = 0.3  # s, of a knock at most
@@ -53,6 +56,8 @@ class StackRobustness(Record, Summarized):
     """Of the support [rad], in the worst direction; None: it was not asked for."""
     acceleration: CriticalValue | None
     """Of the support [m/s^2], likewise."""
+    speed: CriticalValue | None
+    """How many times faster the support's plan may be played; None: there was no plan."""
     complete: bool = True
     """False if the timeout or the cancel came first."""
 
@@ -80,6 +85,7 @@ def stack_robustness(
     *,
     bodies: Sequence[str] | None = None,
     support: Sequence[str] = ("tilt", "acceleration"),
+    plan: Plan | None = None,
     radius: float = 0.02,
     angle: float = 0.35,
     knock: float = 0.0,
@@ -100,6 +106,8 @@ def stack_robustness(
         bodies: those that are pushed, by name; None: all objects.
         support: "tilt", "acceleration", or both: how much of it, in the worst of eight directions,
             until an object leaves its place. () asks for neither.
+        plan: of the support, a kinematic body, as a tray that is carried: how many times faster
+            may it be played? There the places are those on the support.
         radius: within which, along each axis, the centre of mass of each object stays [m].
         angle: by which it may lean [rad].
         knock: random forces on the objects meanwhile, as a share of their mean weight.
@@ -135,9 +143,10 @@ def stack_robustness(
     checks.not_negative_number("knock", knock)
     checks.positive_number("horizon", horizon)
     asking = _Support(scene, start, objects, horizon, place, knock)
+    carrier = carrier_of(scene, plan)
     pushes: list[Push] = []
     found: dict[str, CriticalValue | None] = dict.fromkeys(SUPPORT)
-    total = len(asked) + len(support)
+    total, speed = len(asked) + len(support) + (plan is not None), None
     try:
         for body in asked:
             pushes.append(pushing.least(body))
@@ -149,12 +158,20 @@ def stack_robustness(
             found[name] = asking.most(name, limit, options)
             if progress is not None:
                 progress(len(pushes) + done, total)
+        if plan is not None and carrier is not None:
+            options = {"probability": probability, "seed": checks.seed_number(seed)}
+            options |= {"threads": threads, "executor": executor, **limit.rest()}
+            speed = asking.fastest(plan, carrier, options)
+            if progress is not None:
+                progress(total, total)
     except (TimeoutError, Cancelled):
         if not pushes:
             raise
     complete = len(pushes) == len(asked) and all(found[name] is not None for name in support)
+    complete &= (speed is None) == (plan is None)
     ranked = tuple(sorted(pushes, key=lambda push: push.effort))
-    return StackRobustness(scene, start, ranked, found["tilt"], found["acceleration"], complete)
+    values = found["tilt"], found["acceleration"], speed
+    return StackRobustness(scene, start, ranked, *values, complete)
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,13 +201,21 @@ class _Support:
             worst, least = float(azimuth), high
         return critical_value(
             lambda value: self._problem(name, worst, value),
-            name,
-            (0.0, most),
+            *(name, (0.0, most)),
             unit=unit,
-            disturbance=Uniform(self.knock),
-            draws=MANY if self.knock else QUIET,
-            **options if self.knock else options | {"probability": 0.5},  # all draws are alike
+            **self._asked(options),
         )
+
+    def fastest(self, plan: Plan, carrier: str, options: dict[str, Any]) -> CriticalValue:
+        """How many times faster a plan of the support may be played."""
+        problem = self._asks(plan, plan.duration, carrier)
+        return critical_values(problem, {"speed": SPEEDS}, **self._asked(options))[0]
+
+    def _asked(self, options: dict[str, Any]) -> dict[str, Any]:
+        known: dict[str, Any] = {"disturbance": Uniform(self.knock)}
+        if self.knock:
+            return options | known | {"draws": MANY}
+        return options | known | {"draws": QUIET, "probability": 0.5}  # all draws are alike
 
     def _holds(self, name: str, azimuth: float, value: float, limit: Limit) -> bool:
         problem = self._problem(name, azimuth, value)
@@ -210,33 +235,66 @@ class _Support:
             body: np.concatenate([masses[body] * change, np.zeros(3)])[None]
             for body in movable(self.scene)
         }
+        return self._asks(Plan(self.horizon, wrenches=rows), self.horizon, None)
+
+    def _asks(self, plan: Plan, horizon: float, carrier: str | None) -> Problem:
+        """Whether all objects stay in their places while the plan is played."""
+        masses = {body.name: body.mass for body in self.scene.bodies}
+        gravity = float(np.linalg.norm(self.scene.gravity))
         weight = gravity * float(np.mean([masses[body] for body in self.objects]))
+        given = self.scene, self.state
         return Problem(
-            self.scene,
-            self.state,
+            *given,
             captured={
-                body: place_of(self.scene, self.state, body, *self.place) for body in self.objects
+                body: place_of(*given, body, *self.place, carrier=carrier) for body in self.objects
             },
             force=(weight,) * 3,
             torque=(0.0,) * 3,
-            duration=min(HOLD, self.horizon),
-            horizon=self.horizon,
-            plan=Plan(self.horizon, wrenches=rows),
+            duration=min(HOLD, horizon),
+            horizon=horizon,
+            plan=plan,
         )
 
 
 def place_of(
-    scene: Scene, state: Floats, name: str, radius: float, angle: float, *, above: float = 0.0
+    scene: Scene,
+    state: Floats,
+    name: str,
+    radius: float,
+    angle: float,
+    *,
+    above: float = 0.0,
+    carrier: str | None = None,
 ) -> regions.Region:
     """The states in which a body's centre of mass is within `radius` [m] of where it is in this one
-    along each axis, or `above` that [m], and it leans by at most `angle` [rad]."""
+    along each axis, or `above` that [m], and it leans by at most `angle` [rad], as seen from the
+    body that carries it."""
     frame, there = frame_of(scene), scene.unpack(state)[name]
     body = next(one for one in scene.bodies if one.name == name)
     turn = Rotation.from_quat(there["orientation"])
     own = np.array((body.inertial or mass_properties(body.shape)).center)
     center, up = turn.apply(own) + there["position"], frame[2]
-    region = regions.Tilt(name, turn.inv().apply(up), up, angle)
+    own_up = turn.inv().apply(up)
+    if carrier is not None:
+        position, orientation = scenes.body_poses(scene, state)[carrier]
+        back = Rotation.from_quat(orientation).inv()
+        frame, center, up = back.apply(frame), back.apply(center - position), back.apply(up)
+    region = regions.Tilt(name, own_up, up, angle, carrier)
     for axis, more in zip((*frame, *-frame), (0.0, 0.0, above, 0.0, 0.0, 0.0), strict=True):
         reach = float(axis @ center) + radius + more
-        region &= regions.HalfSpace(name, axis, reach, point="center_of_mass")
+        region &= regions.HalfSpace(name, axis, reach, carrier, point="center_of_mass")
     return region
+
+
+def carrier_of(scene: Scene, plan: Plan | None) -> str | None:
+    """The body that a plan moves; ValueError unless it is one, a kinematic one."""
+    if plan is None:
+        return None
+    moved = sorted(plan.velocities)
+    kinematic = [body.name for body in scene.bodies if body.kinematic]
+    if len(moved) != 1 or moved[0] not in kinematic:
+        raise ValueError(
+            f"plan moves {', '.join(moved) or 'nothing'}, expected velocities of one kinematic "
+            f"body, the support: {', '.join(kinematic) or 'the scene has none'}"
+        )
+    return str(moved[0])

@@ -204,6 +204,7 @@ class Moved(Simulation):
     def __init__(self, scene: Scene, model: Any, data: Any, motion: Motion) -> None:
         """Makes the hand's base heavy in the model."""
         super().__init__(scene, model, data)
+        self.live = copy(data)
         self._base, self._motion = self.states.body_id(motion.base), motion
         first = model.jnt_dofadr[model.body_jntadr[self._base]]
         self._free = slice(first, first + 6)
@@ -214,8 +215,8 @@ class Moved(Simulation):
     def pressed(self) -> set[str]:
         """Bodies that press on the object or on which it presses."""
         bodies, force = set(), np.zeros(6)
-        for k, contact in enumerate(self.data.contact[: self.data.ncon]):
-            mujoco.mj_contactForce(self.model, self.data, k, force)
+        for k, contact in enumerate(self.live.contact[: self.live.ncon]):
+            mujoco.mj_contactForce(self.model, self.live, k, force)
             ends = self.model.geom_bodyid[[contact.geom1, contact.geom2]]
             if force[0] > 0 and set(ends) & set(self.objects):
                 bodies |= {name_of(self.model, "body", int(end)) for end in ends}
@@ -223,7 +224,7 @@ class Moved(Simulation):
 
     def advance(self, steps: int) -> None:
         """As Simulation.advance, without the work."""
-        model, data, gain = self.model, self.data, HEAVY / self.model.opt.timestep
+        model, data, gain = self.model, self.live, HEAVY / self.model.opt.timestep
         data.xfrc_applied[self.objects] = self._wrenches
         velocity, force = data.qvel[self._free], data.qfrc_applied[self._free]
         turn, wanted = data.xmat[self._base].reshape(3, 3), np.zeros(6)
@@ -240,6 +241,14 @@ class Moved(Simulation):
         if steps and not data.time > before:
             raise RuntimeError(f"MuJoCo diverged after {self.time:.3g} s")
         self.steps += steps
+        mujoco.mj_getState(model, data, self.row, mujoco.mjtState.mjSTATE_INTEGRATION.value)
+
+    def branch(self) -> Moved:
+        """As of Simulation."""
+        other = super().branch()
+        assert isinstance(other, Moved)
+        other.live = copy(self.live)
+        return other
 
 
 def _twin(scene: Scene, state: NDArray[np.float64], how: Engine) -> tuple[Any, Any]:

@@ -167,6 +167,86 @@ def test_the_delay_and_the_gain_of_a_feedback_have_stability_limits():
     assert gain.value == pytest.approx(np.pi / 2 / 10 / (2.5 / 120), rel=0.1)
 
 
+def test_a_policy_without_a_name_has_the_same_limit_of_its_delay():
+    law = {"observe": ["object.vx"], "command": ["object.fx"], "period": 1 / 120, "delay": 2}
+    policy = em.Policy(lambda seen, memory, time: -10.0 * seen, **law)
+    (found,) = em.critical_values(
+        damped().replace(plan=policy), {"delay": (0.0, 0.5)}, disturbance=NOTHING
+    )
+    assert found.side == "below"
+    assert found.value == pytest.approx(np.pi / 20 - 0.5 / 120, abs=1.5 / 120)
+
+
+def test_the_largest_impulse_that_a_block_takes_before_it_leaves_a_circle():
+    """J = m v with v^2 = 2 mu g r: friction takes what the impulse gave."""
+    friction, mass, radius = 0.4, 0.5, 0.05
+    resting = on_slope(friction, 0.0, horizon=0.5)
+    place = em.regions.Ball("object", (0, 0, 0.02), radius)
+
+    def kicked(impulse):
+        state = resting.state.copy()
+        state[resting.scene.slice("object")][7] = impulse / mass
+        return resting.replace(captured=place).with_state(state)
+
+    found = em.critical_value(kicked, "impulse", (0.05, 2.0), unit="N s", disturbance=NOTHING)
+    impulse = mass * np.sqrt(2 * friction * G * radius)
+    assert found.side == "below" and found.monotone
+    slack = mass * friction * G / 480  # half of what friction takes in a step
+    low, high = found.low - slack, found.high + slack
+    assert low <= impulse <= high and high - low < 0.05 * impulse
+
+
+def test_the_largest_push_that_a_spring_latch_takes():
+    """A sudden push F moves a mass on a spring by 2 F / k, a latch that opens at r by k r / 2."""
+    stiffness, way = 200.0, 0.02
+
+    def pushed(force):
+        scene = em.Scene(gravity=(0, 0, 0), step=1 / 2000)  # a longer step dampens a spring
+        scene.add_body("wall", em.Box((0.02,) * 3), mass=0)
+        bolt = {"mass": 0.5, "position": (0.1, 0, 0), "force": (force, 0, 0), "role": "object"}
+        scene.add_body("bolt", em.Box((0.02,) * 3), **bolt)
+        drive = {"stiffness": stiffness, "damping": 0.0, "target": 0.0, "origin": (0.1, 0, 0)}
+        scene.add_joint(
+            *("latch",), type="prismatic", parent="wall", child="bolt", axis=(1, 0, 0), **drive
+        )
+        shut = em.regions.Joint("latch", upper=way)
+        none = {"force": (0, 0, 0), "torque": (0, 0, 0), "duration": 0.1, "horizon": 1.0}
+        return em.Problem(scene, scene.pack(), captured=shut, check=1 / 500, **none)
+
+    found = em.critical_value(pushed, "push", (0.1, 20.0), unit="N", disturbance=NOTHING)
+    assert found.side == "below"
+    assert found.low * 0.98 <= stiffness * way / 2 <= found.high * 1.02
+
+
+def test_the_least_force_of_a_grip_that_is_accelerated():
+    """F = m (g + a) / 2 mu, less what it may slip within the horizon, 2 r / t^2."""
+    friction, mass, acceleration, radius, horizon = 0.5, 0.3, 4.0, 0.01, 0.5
+
+    def gripped(force):
+        scene = em.Scene(step=1 / 960)
+        scene.add_body("hand", em.Box((0.02,) * 3), mass=1, kinematic=True, position=(0, 0, 0.5))
+        block = {"mass": mass, "friction": 1.0, "role": "object"}
+        scene.add_body("block", em.Box((0.04, 0.04, 0.06)), **block)
+        for side in (-1.0, 1.0):
+            scene.add_body(f"pad{side}", em.Box((0.01, 0.03, 0.03)), mass=0.05, friction=friction)
+            drive = {"target": 0.01, "stiffness": 2e4, "damping": 60.0, "torque_limit": force}
+            rail = {"axis": (-side, 0, 0), "origin": (side * 0.025, 0, -0.5)}
+            ends = {"type": "prismatic", "parent": "hand", "child": f"pad{side}"}
+            scene.add_joint(f"pad{side}", **ends, **rail, **drive)
+        scene.disable_collisions("pad-1.0", "pad1.0")
+        speeds = np.zeros((480, 6))
+        speeds[:, 2] = acceleration * (np.arange(480) + 0.5) / 960
+        plan = em.Plan(1 / 960, velocities={"hand": speeds})
+        place = em.regions.Ball("block", (0, 0, -0.5), radius, "hand")
+        none = {"force": (0, 0, 0), "torque": (0, 0, 0), "duration": 0.1, "horizon": horizon}
+        return em.Problem(scene, scene.pack(), captured=place, plan=plan, **none)
+
+    found = em.critical_value(gripped, "force", (1.0, 20.0), unit="N", disturbance=NOTHING)
+    force = mass * (G + acceleration - 2 * radius / horizon**2) / 2 / friction
+    assert found.side == "above"
+    assert found.low * 0.98 <= force <= found.high * 1.02
+
+
 def test_the_force_of_a_drive_and_a_turn_are_quantities():
     scene = em.Scene(gravity=(0, 0, 0))
     scene.add_body("wall", em.Box((0.1, 0.1, 0.1)), mass=0, position=(0, 0, 1))

@@ -7,6 +7,7 @@ import pytest
 from command_line import invoke
 
 import energymargin as em
+from energymargin.grasps.trials import GraspTrials
 
 G = 9.81
 NOTHING = em.disturbances.Uniform(0.0)
@@ -53,6 +54,24 @@ def test_a_grasp_without_a_limit_says_so_and_the_others_have_theirs(tmp_path):
     assert rows[0]["force"]["side"] == "above" and rows[1]["force"]["crossings"] == []
     again = grip(vary={"force": (0.5, 20.0)}, threads=1)
     assert again.limits["force"][0].value == one.value
+
+
+def test_a_store_has_the_limits_of_grasps_and_nothing_is_asked_again(tmp_path, monkeypatch):
+    asked = {"vary": {"force": (0.5, 20.0)}, "store": tmp_path / "limits.db", "threads": 1}
+    first, endings, made = grip(count=2, **asked), GraspTrials.endings, []
+
+    def counted(*given):
+        made.append(given)
+        return endings(*given)
+
+    monkeypatch.setattr(GraspTrials, "endings", counted)
+    again = grip(count=2, **asked)
+    assert not made
+    for one, other in zip(first.limits["force"], again.limits["force"], strict=True):
+        np.testing.assert_equal(vars(other), vars(one))
+    assert again.to_json() == first.to_json()
+    grip(count=1, **asked, probability=0.9)
+    assert made
 
 
 def test_a_cancel_keeps_the_grasps_that_are_done():

@@ -1,7 +1,5 @@
 import pickle
-import runpy
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +9,6 @@ from own_engines import NumpyWell, PointMass, floating, pushed_evenly
 import energymargin as em
 
 STEP = 1 / 240
-EXAMPLE = Path(__file__).parents[3] / "examples/07_own_engine.py"
 
 
 class Forgetful(PointMass):
@@ -205,12 +202,3 @@ def test_timeout_ends_it_between_calls():
 
     p = em.capture_probability(floating(Slow()), rollouts=5000, timeout=0.5)
     assert 0 < p.rollouts < 5000
-
-
-def test_example_is_the_point_mass():
-    example = runpy.run_path(EXAMPLE)
-    problem = example["problem"](example["PointMass"](1.0))
-    em.engines.check(problem.scene.engine, problem)
-    ours = em.capture_probability(floating(PointMass()), rollouts=50)
-    theirs = em.capture_probability(problem, rollouts=50)
-    np.testing.assert_array_equal(theirs.exit_times, ours.exit_times)

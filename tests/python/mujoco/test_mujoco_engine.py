@@ -1,14 +1,16 @@
+import os
 import pickle
-from functools import cached_property
 
 import known_losses
 import numpy as np
 import pytest
+from mujoco_wells import MujocoWell
 
 import energymargin as em
 
 mujoco = pytest.importorskip("mujoco")
 
+REAL = os.environ.get("ENERGYMARGIN_REAL", "")
 CUP = """
 <mujoco>
   <option timestep="0.002"/>
@@ -24,17 +26,6 @@ CUP = """
     </body>
   </worldbody>
   <actuator><position name="way" joint="way" kp="200"/></actuator>
-</mujoco>
-"""
-WELL = """
-<mujoco>
-  <option timestep="{step}" gravity="0 0 0"/>
-  <worldbody>
-    <body name="block">
-      <joint name="way" type="slide" axis="1 0 0" stiffness="{stiffness}" damping="{damping}"/>
-      <geom type="sphere" size="0.05" mass="1"/>
-    </body>
-  </worldbody>
 </mujoco>
 """
 SOFT = """
@@ -170,28 +161,6 @@ def test_effort_and_score_are_found_in_mujoco():
     assert 0.02 < found.effort < 0.06
 
 
-class MujocoWell(known_losses.Well):
-    """The block on a spring, in MuJoCo's own step."""
-
-    @cached_property
-    def problem(self):
-        numbers = {"step": known_losses.STEP, "stiffness": known_losses.STIFFNESS}
-        return em.mujoco.problem(
-            model_of(WELL.format(damping=self.damping, **numbers)),
-            objects="block",
-            captured=em.regions.HalfSpace("block", normal=(1, 0, 0), offset=known_losses.WAY),
-            force=(1, 0, 0),
-            horizon=known_losses.HORIZON,
-            check=known_losses.STEP,
-        )
-
-    def step(self, x, v, force):
-        scene = self.problem.scene
-        state = scene.pack(joints={"way": {"position": x, "velocity": v}})
-        wrench = (force, 0, 0, 0, 0, 0)
-        return tuple(em.World(scene).rollout(state, wrench, known_losses.STEP).state)
-
-
 def test_rare_loss_takes_a_twentieth_of_the_steps_of_counting():
     well = MujocoWell(known_losses.STRONG, 0.03)
     rare = em.capture_probability(
@@ -261,16 +230,113 @@ def test_engines_are_compared_on_the_same_draws():
     assert above.get_ylim()[1] > 1
 
 
-def test_how_much_it_can_take_is_asked_in_mujoco_and_what_cannot_be_varied_there_is_named():
-    model = mujoco.MjModel.from_xml_string(
-        """<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1" friction=".5"/>
-        <body name="cup" pos="0 0 .05"><freejoint/>
-        <geom type="box" size=".04 .04 .05" mass=".3" friction=".5"/></body></worldbody></mujoco>"""
-    )
+def test_engine_with_a_scene_of_its_own_goes_to_processes():
+    scene = em.Scene(step=0.002)
+    scene.add_plane("table", friction=0.4)
+    box = {"mass": 0.5, "position": (0, 0, 0.05), "role": "object"}
+    scene.add_body("box", em.Box((0.1, 0.1, 0.1)), **box)
+    engine = em.mujoco.Engine(em.mujoco.model_of(scene), scene=scene)
+    again = pickle.loads(pickle.dumps(engine))
+    assert again.digest() == engine.digest()
+    np.testing.assert_array_equal(again.state, engine.state)
+    inside = em.regions.Ball("box", center=(0, 0, 0.05), radius=0.01)
+    asked = {"captured": inside, "horizon": 0.2, "check": 0.02}
+    starts = [engine.state + 0.005 * k * np.eye(13)[0] for k in (0, 1)]
+    problem = em.engines.problem(engine, **asked, force=(6, 6, 0))
+    problems = [problem.with_state(state) for state in starts]
+    given = {"rollouts": 16, "race": False}
+    there = em.rank(problems, executor=em.executors.Processes(2), **given)
+    assert there.to_csv() == em.rank(problems, threads=1, **given).to_csv()
+
+
+SLIDING = """<mujoco><worldbody><geom name="floor" type="plane" size="1 1 1" friction=".1"/>
+<body name="cup" pos="0 0 .05"><freejoint/>
+<geom type="box" size=".04 .04 .05" mass=".3" friction=".5"/></body>
+<body name="hammer" pos="-.5 0 .5"><joint name="way" type="slide" axis="1 0 0"/>
+<geom type="box" size=".02 .02 .02" mass=".2"/></body></worldbody>
+<actuator><position name="way" joint="way" kp="80"/></actuator></mujoco>"""
+
+
+def slides(**question):
+    """A cup on a floor; a force of 1 N slides it from a friction of 0.34 on down."""
     place = em.regions.Ball("cup", (0, 0, 0.05), 0.02)
     asked = {"force": (2, 2, 0), "torque": (0, 0, 0), "duration": 0.2, "horizon": 0.5}
-    problem = em.mujoco.problem(model, objects="cup", captured=place, **asked)
-    found = em.critical_values(problem, {"push": (0, 20)}, draws=80)
+    return em.mujoco.problem(model_of(SLIDING), objects="cup", captured=place, **asked, **question)
+
+
+def test_how_much_it_can_take_is_asked_in_mujoco_and_what_cannot_be_varied_there_is_named():
+    found = em.critical_values(slides(), {"push": (0, 20)}, draws=80)
     assert found[0].side == "below" and "engine mujoco" in found.question
-    with pytest.raises(ValueError, match=r"no problem has friction\.cup .*'mujoco'"):
-        em.critical_values(problem, {"friction.cup": (0.05, 1.0)}, draws=80)
+    with pytest.raises(ValueError, match=r"vary is 'colour\.BODY'"):
+        em.critical_values(slides(), {"colour.cup": (0.05, 1.0)}, draws=80)
+
+
+def test_friction_and_mass_are_varied_in_mujoco_and_the_rest_stays():
+    """The friction that holds against 1 N: a = F / m - mu g moves it by 2 cm in half a second."""
+    engine = slides().scene.engine
+    assert engine.varies["friction.cup"] == 0.5 and engine.varies["gain.way"] == 80.0
+    heavy = engine.varied({"mass.cup": 0.6, "gain.way": 40.0})
+    assert heavy.model.body("cup").mass[0] == 0.6 and engine.model.body("cup").mass[0] == 0.3
+    assert heavy.model.actuator_biasprm[0, 1] == -40.0 and heavy.digest() != engine.digest()
+
+    def push(random, times):
+        return np.tile([1.0, 0, 0, 0, 0, 0], (len(times), 1))
+
+    asked = {"friction.cup": (0.1, 1.0), "mass.cup": (0.05, 2.0)}
+    friction, mass = em.critical_values(slides(), asked, disturbance=push, draws=40)
+    way = 2 * 0.02 / 0.5**2
+    assert friction.side == "above"
+    assert friction.value == pytest.approx((1.0 / 0.3 - way) / 9.81, rel=0.05)
+    assert mass.side == "above" and mass.value == pytest.approx(1.0 / (0.5 * 9.81 + way), rel=0.05)
+
+
+def test_a_belief_over_what_mujoco_varies_is_that_of_the_closed_form():
+    """Half of the frictions about the critical one hold."""
+
+    def push(random, times):
+        return np.tile([1.0, 0, 0, 0, 0, 0], (len(times), 1))
+
+    critical = (1.0 / 0.3 - 2 * 0.02 / 0.5**2) / 9.81
+    at = slides().scene.engine.varied({"friction.cup": critical})
+    problem = slides().with_engine(at)
+    known = em.beliefs.Uncertainty(friction={"cup": 0.05}, engine={"gain.way": 5.0})
+    assert em.beliefs.Uncertainty.from_json(known.to_json()) == known
+    belief = em.beliefs.Belief(problem, uncertainty=known)
+    assert [source.name for source in belief.sources] == [
+        "friction.cup of the engine",
+        "gain.way of the engine",
+    ]
+    given = {"disturbance": push, "rollouts": 60, "race": False}
+    (held,) = em.rank([problem], uncertainty=known, **given)
+    assert 0.3 < held.score < 0.7
+    with pytest.raises(ValueError, match=r"does not vary 'damping\.way'"):
+        em.beliefs.Belief(problem, uncertainty=em.beliefs.Uncertainty(engine={"damping.way": 1.0}))
+    with pytest.raises(ValueError, match=r"engine is .*, which the engine 'native' does not vary"):
+        known.sources(em.Scene())
+
+
+@pytest.mark.skipif(not REAL, reason="ENERGYMARGIN_REAL is not set")
+def test_a_bowl_of_libero_is_asked_in_mujoco():
+    """How robust is this state? 15 lines."""
+    model = mujoco.MjModel.from_xml_path(f"{REAL}/libero_bowl/bowl_on_ramekin.xml")
+    data = mujoco.MjData(model)
+    data.joint("ramekin").qpos[2] = 0.902
+    data.joint("bowl").qpos[:3] = np.add(data.joint("ramekin").qpos[:3], [0, 0, 0.034])
+    mujoco.mj_step(model, data, 1000)
+    assert data.body("bowl").xpos[2] - data.body("ramekin").xpos[2] == pytest.approx(
+        0.0316, abs=1e-3
+    )
+    seat = em.regions.Ball("bowl", (0, 0, 0.0316), 0.02, frame="ramekin")
+    problem = em.mujoco.problem(
+        model,
+        data,
+        objects="bowl",
+        effector="ramekin",
+        captured=seat,
+        force=(0.1, 0.1, 0),
+        horizon=0.3,
+        check=0.02,
+    )
+    assert em.capture_probability(problem, rollouts=20).captured == 1.0
+    (push,) = em.critical_values(problem, {"push": (0.1, 10)}, draws=20, probability=0.5)
+    assert push.side == "below" and 0.2 < push.value < 10

@@ -156,3 +156,71 @@ def test_the_command_ranks_poses_of_a_table_and_a_grid(tmp_path):
     assert done.returncode == 0 and (tmp_path / "out.png").stat().st_size > 5000, done.stderr
     done = run_here("placements", *mesh, "--pose", 9, cwd=tmp_path)
     assert done.returncode == 2 and "--pose is 9" in done.stderr
+
+
+def between_pads(**changes):
+    """The cup from above, between pads along x; the grasp frame is 2 cm below its rim."""
+    grasp = np.diag([1.0, -1.0, -1.0, 1.0])
+    grasp[2, 3] = 0.03
+    gripper = em.grasps.ParallelGripper(opening=0.09, pad=(0.02, 0.02), force=20.0)
+    return {"hand": gripper, "grasp": grasp, "knock": 0.0, "rollouts": 10, "pushed": 0, **changes}
+
+
+def test_a_hand_that_opens_and_backs_off_leaves_the_cup_where_it_was_put():
+    poses = {"middle": at(0, 0), "beyond": at(0.26, 0)}
+    found = em.placements(board_and_cup(), "cup", poses, **between_pads())
+    assert {one.name: one.score for one in found} == {"middle": 1.0, "beyond": 0.0}
+
+
+def test_a_hand_that_does_not_let_go_takes_the_cup_along():
+    keeps = em.grasps.Protocol([em.grasps.Motion("lift", 0.6, -0.1, frame="hand")])
+    (one,) = em.placements(board_and_cup(), "cup", [at(0, 0)], **between_pads(release=keeps))
+    assert one.score == 0.0
+
+
+def test_a_neighbour_that_is_in_the_way_of_the_hand_alone_blocks():
+    scene = board_and_cup()
+    post = {"mass": 0.0, "position": (0.052, 0, 0.61)}
+    scene.add_body("post", em.Box((0.02, 0.02, 0.2)), **post)
+    free = em.placements(scene, "cup", [at(0, 0)], rollouts=5, pushed=0)
+    assert not free.blocked
+    with pytest.raises(ValueError, match="none of which has room: post"):
+        em.placements(scene, "cup", [at(0, 0)], **between_pads())
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"grasp": None}, "grasp is None, expected where the hand holds the body"),
+        ({"grasp": np.eye(4) + 0.2 * np.eye(4, k=3)}, "grasp is one whose hand"),
+        ({"uncertainty": em.beliefs.Uncertainty(pose={"cup": [0.01] * 6})}, "the hand holds"),
+    ],
+)
+def test_what_does_not_go_with_a_hand_is_refused(changes, words):
+    with pytest.raises(ValueError, match=words):
+        em.placements(board_and_cup(), "cup", [at(0, 0)], **between_pads(**changes))
+
+
+def on_a_moving_board(acceleration):
+    """A board that speeds up along x for half a second."""
+    scene = em.Scene()
+    board = {"mass": 1.0, "kinematic": True, "position": (0, 0, 0.5), "friction": 0.8}
+    scene.add_body("board", em.Box(BOARD), role="effector", **board)
+    scene.add_body("cup", em.Box(CUP), mass=0.3, friction=0.8, role="object")
+    speeds = np.zeros((120, 6))
+    speeds[:, 0] = acceleration * (np.arange(120) + 0.5) / 240
+    return scene, em.Plan(1 / 240, velocities={"board": speeds})
+
+
+def test_a_support_that_moves_on_takes_the_cup_along_up_to_its_limit():
+    """w / h = 0.6 and mu = 0.64: it topples beyond 0.6 g, and slides later."""
+    for acceleration, stays in ((4.0, 1.0), (9.0, 0.0)):
+        scene, plan = on_a_moving_board(acceleration)
+        asked = {"plan": plan, "knock": 0.0, "rollouts": 5, "pushed": 0, "height": 0.0005}
+        (one,) = em.placements(scene, "cup", [at(-0.15, 0)], **asked, radius=0.03)
+        assert one.score == stays
+    with pytest.raises(
+        ValueError, match="plan moves nothing, expected velocities of one kinematic"
+    ):
+        wrench = em.Plan(0.5, wrenches={"cup": [[0, 0, 0, 0, 0, 0]]})
+        em.placements(scene, "cup", [at(0, 0)], plan=wrench)

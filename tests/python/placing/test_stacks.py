@@ -96,3 +96,24 @@ def test_a_limit_keeps_the_bodies_that_are_done():
         scene, progress=lambda done, _: cancel.set() if done == 2 else None, cancel=cancel
     )
     assert not found.complete and len(found.pushes) == 2 and found.tilt is None
+
+
+def test_a_tray_that_is_carried_may_be_so_much_faster():
+    """Its acceleration grows with the square of the speed; a block slides at mu g, less what it may
+    slip: 2 r / t^2, where t is the shorter time."""
+    friction, acceleration, seconds, radius = 0.3, 1.0, 0.6, 0.02
+    scene = em.Scene()
+    tray = {"mass": 1.0, "kinematic": True, "position": (0, 0, -0.01), "friction": 1.0}
+    scene.add_body("tray", em.Box((2, 2, 0.02)), role="effector", **tray)
+    block = {"mass": 0.4, "friction": friction, "role": "object", "position": (0, 0, 0.02)}
+    scene.add_body("block", em.Box((0.1, 0.1, 0.04)), **block)
+    rows = round(seconds * 240)
+    speeds = np.zeros((rows, 6))
+    speeds[:, 0] = acceleration * (np.arange(rows) + 0.5) / 240
+    plan = em.Plan(1 / 240, velocities={"tray": speeds})
+    found = em.stack_robustness(scene, support=(), bodies=[], plan=plan, radius=radius)
+    # a s^2 - mu g = 2 r s^2 / T^2
+    speed = np.sqrt(friction * G / (acceleration - 2 * radius / seconds**2))
+    assert found.speed.side == "below" and found.complete
+    assert found.speed.value == pytest.approx(speed, rel=0.03)
+    assert "times as fast" in found.to_markdown()

@@ -64,24 +64,26 @@ def resting_poses(found: RestingPoses) -> Summary:
 def stack_robustness(found: StackRobustness) -> Summary:
     """A row for each body, the weakest first; and what the support may do."""
     rows = [(push.body, *push_cells(push.effort, push.way, push.takes)) for push in found.pushes]
-    notes = [_of_support("a tilt", found.tilt), _of_support("an acceleration", found.acceleration)]
-    notes = [note for note in notes if note]
+    asked = {
+        "a tilt of {}": found.tilt,
+        "an acceleration of {}": found.acceleration,
+        "its plan {} times as fast": found.speed,
+    }
+    notes = [_of_support(words, one) for words, one in asked.items() if one is not None]
     notes += [] if found.complete else [UNFINISHED]
     return Summary("", rows, ("body", "least effort [J]", "it", "takes along"), notes)
 
 
-def _of_support(name: str, one: CriticalValue | None) -> str:
-    if one is None:
-        return ""
-
+def _of_support(words: str, one: CriticalValue) -> str:
     def said(value: float) -> str:
-        return f"{value:.3g} m/s^2" if one.unit != "rad" else f"{math.degrees(value):.2f} deg"
+        if one.unit == "rad":
+            return f"{math.degrees(value):.2f} deg"
+        return f"{value:.3g} {one.unit}".rstrip()
 
     if one.side != "below":
-        return f"The support takes {name} of {said(one.range[1])}: {one.side}."
-    return (
-        f"The support takes {name} up to {said(one.value)} ({said(one.low)} to {said(one.high)})."
-    )
+        return f"The support takes {words.format(said(one.range[1]))}: {one.side}."
+    most = words.format(f"up to {said(one.value)}").replace("of up", "up")
+    return f"The support takes {most} ({said(one.low)} to {said(one.high)})."
 
 
 def push_cells(effort: float, way: str, takes: tuple[str, ...]) -> tuple[str, str, str]:

@@ -20,7 +20,8 @@ from energymargin._core import Problem, World
 from energymargin.base.checks import check_type, seed_number, whole_number
 from energymargin.base.plausibility import kept_warnings
 from energymargin.base.reprs import Record
-from energymargin.model.beliefs.uncertainty import ERRORS, Source, Uncertainty
+from energymargin.model.beliefs.uncertainty import ERRORS, VALUES, Source, Uncertainty
+from energymargin.model.engines import Engine, with_varied
 from energymargin.model.scenes import moved_apart
 from energymargin.model.scenes.corners import shape_parts
 
@@ -199,7 +200,7 @@ class Belief:
         for source, values in zip(self.sources, draws, strict=True):
             if source.quantity in ERRORS:
                 _add_error(state[self.problem.scene.slice(source.body)], source.quantity, values)
-            elif values[0] < 0 or (source.quantity == "mass" and values[0] == 0):
+            elif _cannot_be(source, float(values[0])):
                 return None
             else:
                 changes.append((source, float(values[0])))
@@ -227,7 +228,10 @@ class _Place:
     """Where bodies with errors of their pose can be: nothing overlaps more than at the start."""
 
     def __init__(self, problem: Problem, sources: Sequence[Source]) -> None:
-        self._world = World(problem.scene)
+        scene = problem.scene
+        if isinstance(scene.engine, Engine):  # which does not tell what touches
+            scene = scene.with_engine("native")
+        self._world = World(scene)
         poses = [source for source in sources if source.quantity == "pose"]
         self._bodies = [source.body for source in poses]
         # Bodies are separated along the axes on which their place is not known.
@@ -274,10 +278,19 @@ def _add_error(body: NDArray[np.float64], quantity: str, error: NDArray[np.float
         body[3:7] = turned.as_quat()
 
 
+def _cannot_be(source: Source, value: float) -> bool:
+    """Whether it is a friction below 0, or a mass of at most that."""
+    kind = source.body.partition(".")[0] if source.quantity == "engine" else source.quantity
+    return (kind in VALUES and value < 0) or (kind == "mass" and value == 0)
+
+
 def _with_changes(problem: Problem, changes: list[tuple[Source, float]]) -> Problem:
     """With the friction and mass that were drawn of each source."""
     if not changes:
         return problem
+    if isinstance(problem.scene.engine, Engine):
+        with kept_warnings():
+            return with_varied(problem, {source.body: value for source, value in changes})
     scene = problem.scene
     for source, value in changes:
         if source.other is None:

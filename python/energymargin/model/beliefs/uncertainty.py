@@ -16,9 +16,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Body, Scene
 from energymargin.base.checks import not_negative_number, numbers_of, shown
+from energymargin.model.engines import Engine
 from energymargin.model.scenes.overlaps import require_untied
 
-VALUES = ("friction", "mass", "torsional_friction", "rolling_friction")
+VALUES = ("friction", "mass", "torsional_friction", "rolling_friction", "engine")
 ERRORS = ("pose", "velocity")
 QUANTITIES = (*VALUES[:2], *ERRORS, *VALUES[2:])
 AXES = {
@@ -51,6 +52,8 @@ class Source:
     @property
     def name(self) -> str:
         """As "pose of object"."""
+        if self.quantity == "engine":
+            return f"{self.body} of the engine"
         return f"{self.quantity} of {self.body}{f' and {self.other}' if self.other else ''}"
 
 
@@ -69,6 +72,9 @@ class Uncertainty:
       distribution, or a covariance (6, 6). Position [m] and rotation vector [rad] of the body's
       frame, along and about the world's axes; its velocity [m/s] and angular velocity [rad/s].
 
+    - `engine`: by names that the problem's engine `varies`, as those of MuJoCo's, {"gain.finger":
+      5.0}; a standard deviation or a distribution. Its friction and masses are varied there, too.
+
     Raises ValueError on what cannot be, and if nothing is given.
     """
 
@@ -78,6 +84,7 @@ class Uncertainty:
     velocity: Any = None
     torsional_friction: Any = None
     rolling_friction: Any = None
+    engine: Any = None
 
     def __post_init__(self) -> None:
         """Checks all of it."""
@@ -87,6 +94,10 @@ class Uncertainty:
                 f"nothing is uncertain, expected one at least of {', '.join(QUANTITIES)}"
             )
         for quantity, value in given.items():
+            if quantity == "engine" and not isinstance(value, Mapping):
+                raise ValueError(
+                    f"engine is {shown(value)}, expected a dict by names that it varies"
+                )
             for name, one in _by_body(quantity, value):
                 _check(f"{quantity}[{name!r}]" if name else quantity, quantity, one)
 
@@ -115,7 +126,16 @@ class Uncertainty:
         bodies = {body.name: body for body in scene.bodies}
         objects = [body.name for body in bodies.values() if body.role == "object"]
         sources = []
+        if isinstance(scene.engine, Engine):
+            sources += _engine_sources(scene.engine, self.given, objects)
+        elif self.engine is not None:
+            raise ValueError(
+                f"engine is {shown(self.engine)}, which the engine {scene.engine!r} does not vary, "
+                "expected friction and mass by body"
+            )
         for quantity, value in self.given.items():
+            if isinstance(scene.engine, Engine) and quantity not in ERRORS:
+                continue
             known = {
                 own: one
                 for name, one in _by_body(quantity, value)
@@ -236,6 +256,27 @@ def source_of(
     axes = zip(AXES[quantity], _six(place, value), strict=True)
     columns = {name: _quantiles(f"{place}, {name},", one, 0.0) for name, one in axes}
     return _of_columns(quantity, body, value, columns)
+
+
+def _engine_sources(
+    engine: Engine, given: Mapping[str, Any], objects: Sequence[str]
+) -> list[Source]:
+    """Sources of what an engine varies. Raises ValueError on what it does not."""
+    sources = []
+    for quantity, value in given.items():
+        if quantity in ERRORS:
+            continue
+        for body, one in _by_body(quantity, value):
+            for own in [body] if body else objects:
+                name = own if quantity == "engine" else f"{quantity}.{own}"
+                if name not in engine.varies or isinstance(one, Mapping):
+                    known = ", ".join(engine.varies) or "nothing"
+                    raise ValueError(
+                        f"{quantity} is {shown(value)}, but the engine {engine.name!r} does not "
+                        f"vary {name!r}, expected some of {known}"
+                    )
+                sources.append(source_of("engine", name, one, engine.varies[name]))
+    return sources
 
 
 def _pair_sources(

@@ -1,0 +1,88 @@
+"""The MuJoCo inside of an environment: its whole state, its bodies, and forces on them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+import energymargin as em
+from energymargin.mujoco.reading import Columns, Reader
+from energymargin.mujoco.scene_of import scene_of
+from energymargin.mujoco.states import States
+
+Numbers = NDArray[np.float64]
+
+INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION.value
+
+
+class Inside:
+    """The model and the data that an environment steps."""
+
+    def __init__(
+        self,
+        model: Any,
+        data: Any,
+        *,
+        step: float,
+        objects: Sequence[str],
+        effector: Sequence[str],
+        scene: em.Scene | None,
+    ) -> None:
+        """`step`: of the environment [s]. Raises ValueError on names that the model lacks."""
+        self.model, self.data = model, data
+        given: dict[str, Any] = {"objects": objects, "effector": effector, "step": step}
+        made = scene_of(model, data, **given) if scene is None else scene
+        self.scene: em.Scene = made.with_engine("native")
+        """Without an engine."""
+        self.substeps = max(round(step / float(model.opt.timestep)), 1)
+        """Steps of MuJoCo in one of the environment."""
+        self._columns = Columns(model)
+        self.saved = self._columns.size
+        """How many numbers `save` returns."""
+        self._states = States(self.scene, model, others=self.scene.pack())
+        self._reader = Reader(self.scene, model, self._states, self._columns)
+
+    def save(self) -> Numbers:
+        """mjSTATE_INTEGRATION."""
+        saved = np.empty(self.saved)
+        mujoco.mj_getState(self.model, self.data, saved, INTEGRATION)
+        return saved
+
+    def restore(self, saved: Numbers) -> None:
+        """Goes back to it."""
+        mujoco.mj_setState(self.model, self.data, saved, INTEGRATION)
+        self.refresh()
+
+    def put(self, state: Numbers) -> None:
+        """Goes to a state of the scene; what the scene lacks stays."""
+        self._states.write(self.data, state)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Brings what follows from the state up to date: an environment reads it, and what is there
+        after a step is that of before."""
+        warm = self.data.qacc_warmstart.copy()
+        mujoco.mj_forward(self.model, self.data)
+        self.data.qacc_warmstart[:] = warm
+
+    def push(self, wrenches: Numbers) -> None:
+        """Wrenches act on the objects from now on, shape (k, 6)."""
+        self.data.xfrc_applied[self._reader.objects] = wrenches
+
+    def read(self) -> Numbers:
+        """The state of the scene, shape (d,)."""
+        return np.asarray(self._reader.states(self.save()[None])[0])
+
+    def bodies(self) -> Numbers:
+        """As of em.engines.Serial."""
+        self._states.refresh(self.data)
+        found = np.empty((len(self._reader.objects), 13))
+        for row, body in zip(found, self._reader.objects, strict=True):
+            twist = self._states.twist(self.data, body, mujoco.mjtObj.mjOBJ_BODY)
+            row[:3], row[3:7] = self.data.xipos[body], np.roll(self.data.xquat[body], -1)
+            row[7:10], row[10:] = twist[3:], twist[:3]
+        return found

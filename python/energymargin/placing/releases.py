@@ -1,0 +1,112 @@
+"""A thing that a hand sets down: it is gripped, and let go as a protocol says."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
+
+from energymargin import Plan, Scene, World, scenes
+from energymargin.base import checks
+from energymargin.grasps import GraspObject, Hand, Protocol
+from energymargin.grasps.hands import preset
+from energymargin.grasps.outcomes import NO_GRIP, Grasp
+from energymargin.grasps.protocols import protocol_of
+from energymargin.grasps.trials import GraspTrials
+from energymargin.placing.boxes import Floats
+
+INSIDE = 1e-4  # m; a hand that is deeper in something has no room
+
+
+class Release:
+    """A hand that holds a body of a scene, and what it does to let it go."""
+
+    def __init__(
+        self, scene: Scene, body: str, hand: Hand | str, grasp: ArrayLike, protocol: Protocol | str
+    ) -> None:
+        """`grasp`: the grasp frame in the body's frame, (4, 4). Raises ValueError if the hand does
+        not close on the body there, and on names that the scene has already."""
+        own = next(one for one in scene.bodies if one.name == body)
+        facts = {name: getattr(own, name) for name in ("mass", "friction", "inertial")}
+        self._hand = preset(hand) if isinstance(hand, str) else hand
+        self._protocol, self._body, self._old = protocol_of(protocol), body, scene
+        thing = GraspObject(own.shape, **facts)
+        trials = GraspTrials(self._hand, thing, self._protocol, step=scene.step)
+        pose = checks.numbers_of("grasp", grasp, "a pose (4, 4) of the hand", (4, 4))
+        closed = trials.grip(Grasp(0, pose, np.nan, np.eye(4)), trials.draw(-1))
+        if closed.ending:
+            raise ValueError(f"grasp is one whose hand {NO_GRIP[closed.ending]}")
+        there, _ = trials.scene(np.nan, trials.draw(-1), gravity=False)
+        object_pose = scenes.pose(*_place(there, closed.state, "object"))
+        self._base = np.linalg.inv(object_pose) @ closed.base  # in the body's frame
+        moving = [j.name for j in there.joints if j.type != "fixed" and j.mimic is None]
+        joints = there.unpack(closed.state)["joints"]
+        self._joints = {name: joints[name]["position"] for name in moving}
+        self.scene = scene.with_body(body)  # a copy
+        """With the hand."""
+        self.fitted = self._hand.add_to(self.scene, force=self._hand.force, opening=np.nan)
+        self._world = World(self.scene)
+
+    def begin(
+        self, state: Floats, after: float
+    ) -> tuple[str | None, tuple[Scene, Floats, Plan | None, float]]:
+        """From a state without the hand: what is in the hand's way; and the scene, the state, the
+        plan and the duration, `after` [s] it has let go."""
+        held = self.state(state)
+        plan = self.plan(held, after)
+        return self.blocked_by(held), (self.scene, held, plan, plan.duration)
+
+    def state(self, state: Floats) -> Floats:
+        """A state of the scene without the hand, with the hand where it holds the body."""
+        found = self.scene.pack()
+        links = {joint.child for joint in self._old.joints}
+        for one in self._old.bodies:
+            if one.name not in links and (one.kinematic or not one.fixed):
+                found[self.scene.slice(one.name)] = state[self._old.slice(one.name)]
+        for joint in self._old.joints:
+            if joint.type != "fixed" and joint.mimic is None:
+                at = self.scene.joint_slice(joint.name)
+                found[at] = state[self._old.joint_slice(joint.name)]
+        for name, position in self._joints.items():
+            found[self.scene.joint_slice(name)] = position, 0.0
+        base = scenes.pose(*_place(self._old, state, self._body)) @ self._base
+        row = found[self.scene.slice(self.fitted.base)]
+        row[:3], row[3:7], row[7:] = base[:3, 3], quaternion(base[:3, :3]), 0.0
+        return np.asarray(found)
+
+    def plan(self, state: Floats, after: float) -> Plan:
+        """What the hand does from a state on, and `after` [s] it has let go."""
+        step = self.scene.step
+        base = scenes.pose(*_place(self.scene, state, self.fitted.base))
+        rows = self._protocol.rows((base @ self.fitted.frame)[:3, :3], step)
+        still = np.zeros((max(round(after / step), 1), 6))
+        shares = np.append(self._protocol.shares(step), np.ones(len(still)))
+        targets = {
+            name: shut + shares * (open_ - shut)
+            for name, (open_, shut) in self.fitted.targets.items()
+        }
+        rows = np.concatenate([rows, still])
+        return Plan(step=step, targets=targets, velocities={self.fitted.base: rows})
+
+    def blocked_by(self, state: Floats) -> str | None:
+        """What the hand is in, if it is in something else than the body."""
+        others = [one.name for one in self._old.bodies if one.name != self._body]
+        depths = {
+            other: min(self._world.distance(state, own, other) for own in self.fitted.bodies)
+            for other in others
+        }
+        deepest = min(depths, key=depths.__getitem__, default=None)
+        return deepest if deepest is not None and depths[deepest] < -INSIDE else None
+
+
+def quaternion(turn: Floats) -> Floats:
+    """x, y, z, w, of which (1, 0, 0, 0) would look like one in another order."""
+    found = Rotation.from_matrix(turn).as_quat()
+    return np.asarray(-found if found[0] > 0 else found)
+
+
+def _place(scene: Scene, state: Floats, name: str) -> tuple[Any, Any]:
+    position, orientation = scenes.body_poses(scene, state)[name]
+    return position, orientation
