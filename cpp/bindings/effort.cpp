@@ -50,9 +50,10 @@ BoundedEscape score_effort(const Problem& problem, const Keywords& keywords) {
   bool warns = true;
   bool bounded = false;
   keywords("planner", options.planner)("nodes", options.nodes)("searches", options.searches)(
-      "threads", options.threads)("seed", options.seed)("captured", options.captured)("search", options.search)(
-      "sampling", options.sampling)("shorten", options.shorten)("stop_at_escape", options.stop_at_escape)(
-      "lower_bound", bounded)("bound_cells", bound.cells)("bound_tolerance", bound.tolerance)("warn", warns)
+      "threads", options.threads)("nodes_per_round", options.nodes_per_round)("seed", options.seed)(
+      "captured", options.captured)("search", options.search)("sampling", options.sampling)("shorten", options.shorten)(
+      "stop_at_escape", options.stop_at_escape)("lower_bound", bounded)("bound_cells", bound.cells)(
+      "bound_tolerance", bound.tolerance)("warn", warns)
       .end();
   bound.captured = options.captured;
   if (bounded) validate(bound);

@@ -82,6 +82,8 @@ CaptureProbability score_rare(const Problem& problem, const ProbabilityOptions& 
         std::pair{"design", asked.design != Design::independent}, std::pair{"success", asked.success},
         std::pair{"by_object", asked.by_object}, std::pair{"first", asked.first != 0},
         std::pair{"undisturbed=False", !asked.undisturbed},
+        std::pair{"step", asked.long_step.has_value() || asked.finds_step},
+        std::pair{"drawn_step", asked.drawn_step.has_value()},
         std::pair{"most_diverged", asked.most_diverged != ProbabilityOptions{}.most_diverged}}) {
     if (!is_given) continue;
     throw std::invalid_argument(std::string(argument) +
@@ -115,7 +117,8 @@ CaptureProbability score_probability(const Problem& problem, const Keywords& key
   keywords("disturbance", model)("rollouts", options.rollouts)("seed", options.seed)("first", options.first)(
       "threads", options.threads)("tolerance", options.tolerance)("above", options.above)("design", design)(
       "success", options.success)("by_object", options.by_object)("undisturbed", options.undisturbed)(
-      "most_diverged", options.most_diverged)("rare", rare)("level", level)("ahead", rare_options.ahead)("warn", warns)
+      "most_diverged", options.most_diverged)("step", options.long_step)("finds_step", options.finds_step)(
+      "drawn_step", options.drawn_step)("rare", rare)("level", level)("ahead", rare_options.ahead)("warn", warns)
       .end();
   require_word("design", design, {"independent", "sobol"});
   options.design = design == "sobol" ? Design::sobol : Design::independent;
@@ -247,9 +250,18 @@ void def_counts(ProbabilityClass& type) {
       .def_property_readonly(
           "levels", [](const CaptureProbability& p) { return p.splitting ? p.splitting->levels : 0.0; },
           "Levels at which replicas split, in the mean of the batches; 0 unless rare.")
+      .def_property_readonly(
+          "long_step",
+          [](const CaptureProbability& p) {
+            return p.two_steps ? std::make_optional(p.two_steps->step) : std::nullopt;
+          },
+          "The long step that the rollouts took [s]; None if they took that of the scene.")
+      .def_property_readonly(
+          "repeated", [](const CaptureProbability& p) { return p.two_steps ? p.two_steps->pairs : 0; },
+          "Of them, those that took the scene's step too.")
       .def_readonly("exit_times", &CaptureProbability::exit_times,
                     "When each rollout leaves the capture set [s], shape (rollouts,), in the order of their numbers: "
-                    "inf if it stays, NaN if it diverged. Empty with rare=True.")
+                    "inf if it stays, NaN if it diverged. Empty with rare=True; with `step` those of the long one.")
       .def_property_readonly(
           "successes",
           [](const CaptureProbability& p) -> std::optional<py::array_t<bool>> {

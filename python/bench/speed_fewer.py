@@ -1,4 +1,5 @@
-"""Part `fewer`: what rollouts that are evenly spread, and a sequential test, say beside others."""
+"""Part `fewer`: what rollouts that are evenly spread, a sequential test, and rollouts with a long
+step say beside others."""
 
 from __future__ import annotations
 
@@ -19,6 +20,7 @@ UNSURE = (0.1, 0.9)  # probabilities of states that are asked
 TRUTH, REPLICATES = 16000, 100  # of a state; replicates of a round
 LITTLE = 10  # times fewer
 ROLLOUTS = 128
+WITH_LONG_STEP = 1024
 THRESHOLDS, MOST = (0.7, 0.9), 100
 
 
@@ -32,6 +34,20 @@ class Spread:
     """Share of the replicates whose interval holds."""
     width: float
     """Of the interval, as a share of that of as many independent rollouts."""
+
+
+@dataclass(frozen=True)
+class Levels:
+    """Of one state, with step="auto" beside independent rollouts."""
+
+    steps: float
+    """Simulation at an equal mean squared error, as a share; with its trial."""
+    alone: float
+    """The same without the trial."""
+    holds: float
+    """Share of the replicates whose interval holds."""
+    longer: float
+    """Steps of the scene that the long one takes, in the mean of the replicates."""
 
 
 @dataclass
@@ -51,6 +67,7 @@ class Fewer:
 
     settings: Settings
     spread: dict[str, list[Spread]] = field(default_factory=dict)
+    levels: dict[str, list[Levels]] = field(default_factory=dict)
     decisions: dict[str, Decisions] = field(default_factory=dict)
 
     def tables(self) -> str:
@@ -70,11 +87,17 @@ class Fewer:
             for done in [self.decisions[task]]
         ]  # fmt: skip
         heads = ["task", "states", "variance", "interval holds", "width"]
-        return (
-            markdown([*heads, "steps with `above=`", "asked", "told", "wrong"], rows)
-            if rows
-            else ""
-        )
+        if not rows:
+            return ""
+        spread = markdown([*heads, "steps with `above=`", "asked", "told", "wrong"], rows)
+        names = ("steps", "alone", "holds", "longer")
+        rows = [
+            [task, str(len(of)), *(f"{fmean(getattr(s, name) for s in of):.2f}" for name in names)]
+            for task, of in self.levels.items()
+            if of
+        ]
+        heads = ["task", "states", "steps", "without the trial", "interval holds", "long step"]
+        return f"{spread}\n\n{markdown(heads, rows)}" if rows else spread
 
 
 def measure_fewer(fewer: Fewer, tell: Tell) -> None:
@@ -93,6 +116,8 @@ def measure_fewer(fewer: Fewer, tell: Tell) -> None:
             near = asked(problem, 60).captured
             if len(spread) < count and UNSURE[0] < near < UNSURE[1]:
                 spread.append(spread_of(problem, TRUTH // few, replicates))
+                levels = fewer.levels.setdefault(task, [])
+                levels.append(levels_of(problem, TRUTH // few, replicates))
 
 
 def asked(problem: em.Problem, rollouts: int, **options: Any) -> em.CaptureProbability:
@@ -114,6 +139,32 @@ def spread_of(problem: em.Problem, rollouts: int, replicates: int) -> Spread:
         float(np.mean([low <= truth <= high for low, high in intervals])),
         float(np.mean(np.ptp(intervals, axis=1)) / np.mean([np.ptp(p.interval()) for p in alone])),
     )
+
+
+def levels_of(problem: em.Problem, rollouts: int, replicates: int) -> Levels:
+    """One state's, beside a probability of so many rollouts."""
+    whole = asked(problem, rollouts, seed=1)
+    truth, size = whole.captured, problem.scene.step
+    found = [asked(problem, WITH_LONG_STEP, seed=2 + i, step="auto") for i in range(replicates)]
+    # As independent ones: a replicate's squared error times its steps.
+    equal = truth * (1 - truth) * whole.steps / rollouts
+    error = float(np.mean([(p.captured - truth) ** 2 for p in found]))
+    error -= truth * (1 - truth) / rollouts  # that of the truth itself
+    trial = np.mean([trial_steps(problem, p, whole.steps / rollouts) for p in found])
+    steps = float(np.mean([p.steps for p in found]))
+    return Levels(
+        error * steps / equal,
+        error * (steps - trial) / equal,
+        float(np.mean([low <= truth <= high for low, high in (p.interval() for p in found)])),
+        float(np.mean([(p.long_step or size) / size for p in found])),
+    )
+
+
+def trial_steps(problem: em.Problem, found: em.CaptureProbability, each: float) -> float:
+    """Simulation steps of a trial: what is more than the rollouts take that count."""
+    longer = (found.long_step or problem.scene.step) / problem.scene.step
+    again = found.repeated if found.long_step else 0
+    return found.steps - each * (found.rollouts / longer + again)
 
 
 def decide(problem: em.Problem, decisions: Decisions, few: int) -> None:

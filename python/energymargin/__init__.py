@@ -114,6 +114,7 @@ if typing.TYPE_CHECKING:
     from energymargin.evaluate.searches import SearchSettings as SearchSettings
     from energymargin.evaluate.steps import longest_step as longest_step
     from energymargin.meshes import mesh as mesh
+    from energymargin.model.pads import Pad as Pad
     from energymargin.model.policies import Policy as Policy
     from energymargin.monitor import Monitor as Monitor
     from energymargin.placing import (
@@ -145,6 +146,7 @@ NAMES = {
     "monitor": ["Monitor"],
     "placing": ["placements", "resting_poses", "settle", "stack_robustness"],
     "base.plausibility": ["PlausibilityWarning"],
+    "model.pads": ["Pad"],
     "model.policies": ["Policy"],
     "evaluate.engine_comparison": ["EngineComparison", "compare_engines"],
     "evaluate.scoring": ["ScoreError", "ScoreTable", "score"],

@@ -20,15 +20,15 @@ struct Search {
     EvolutionStrategy strategy(Eigen::VectorXd::Constant(point.size(), 0.3), rng);
     double best = cost(point);
     for (int i = 0; i < trials; ++i) {
-      const Eigen::VectorXd trial = point + strategy.draw();
+      const Eigen::VectorXd step = strategy.draw(), trial = point + strategy.size() * step;
       if (!feasible(trial)) {
-        strategy.tell(Outcome::infeasible);
+        strategy.tell(step, Outcome::infeasible);
       } else if (cost(trial) < best) {
         best = cost(trial);
         point = trial;
-        strategy.tell(Outcome::better);
+        strategy.tell(step, Outcome::better);
       } else {
-        strategy.tell(Outcome::worse);
+        strategy.tell(step, Outcome::worse);
       }
     }
     return best;
@@ -57,15 +57,9 @@ TEST(EvolutionStrategy, FindsTheLeastAtTheEdgeOfAConstraint) {
 TEST(EvolutionStrategy, StepsShrinkWhileNothingIsBetterAndGrowWhileAllIs) {
   ompl::RNG rng(1);
   EvolutionStrategy strategy(Eigen::VectorXd::Ones(3), rng);
-  for (int i = 0; i < 50; ++i) {
-    strategy.draw();
-    strategy.tell(Outcome::worse);
-  }
+  for (int i = 0; i < 50; ++i) strategy.tell(strategy.draw(), Outcome::worse);
   EXPECT_LT(strategy.size(), 0.1);
-  for (int i = 0; i < 50; ++i) {
-    strategy.draw();
-    strategy.tell(Outcome::better);
-  }
+  for (int i = 0; i < 50; ++i) strategy.tell(strategy.draw(), Outcome::better);
   EXPECT_GT(strategy.size(), 1.0);
 }
 

@@ -36,6 +36,17 @@ Plan plan_with(const Feedback& law) {
   return with_feedback(plan, law);
 }
 
+// A body "scale" of 1 kg has the impulse of a force as its momentum.
+Feedback weighed(const Scene& scene, const std::string& force) {
+  Feedback law;
+  law.period = scene.stepping().step;
+  law.observed = {force};
+  law.corrected = {"scale.fx"};
+  law.gains = {Eigen::MatrixXd::Constant(1, 1, -1.0)};
+  law.references = Eigen::MatrixXd::Zero(1, 1);
+  return law;
+}
+
 State after(const Scene& scene, const Plan& plan, int steps) {
   World world(scene, plan);
   return world.rollout(pack(scene), Disturbance(1), steps * scene.stepping().step).state;
@@ -113,16 +124,27 @@ TEST(Feedback, ForceOfAContactIsThatOfTheLastStep) {
   scene.add_body(fixed("table", Plane{}));
   scene.add_body(body("box", Box{{0.1, 0.1, 0.1}}, 2.0, {0.0, 0.0, 0.05}, Role::object));
   scene.add_body(body("scale", Sphere{0.05}, 1.0, {5.0, 0.0, 0.5}));
-  Feedback law;
-  law.period = scene.stepping().step;
-  law.observed = {"force(box, table)"};
-  law.corrected = {"scale.fx"};
-  law.gains = {Eigen::MatrixXd::Constant(1, 1, -1.0)};
-  law.references = Eigen::MatrixXd::Zero(1, 1);
   const double h = scene.stepping().step;
-  const State state = after(scene, plan_with(law), 40);
+  const State state = after(scene, plan_with(weighed(scene, "force(box, table)")), 40);
   const int speed = StateLayout(scene).offset(2) + StateLayout::velocities_of_body;
   EXPECT_NEAR(state[speed] / (39 * h), 2.0 * 9.81, 0.05);  // none is known in the first step
+}
+
+// A ball that falls touches within a step, and then rests: its weight was borne on average since it was let go.
+TEST(Feedback, ForceOfAStepIsTheMeanOverItsSubsteps) {
+  for (const double restitution : {0.0, 0.3}) {
+    Scene scene;
+    scene.add_body(fixed("table", Plane{}));
+    Body ball = body("ball", Sphere{0.05}, 2.0, {0.0, 0.0, 0.2}, Role::object);
+    ball.surface = Surface{};
+    ball.surface->restitution = restitution;
+    scene.add_body(ball);
+    scene.add_body(body("scale", Sphere{0.05}, 1.0, {5.0, 0.0, 0.5}));
+    const int steps = 480;
+    const State state = after(scene, plan_with(weighed(scene, "force(ball, table)")), steps);
+    const int speed = StateLayout(scene).offset(2) + StateLayout::velocities_of_body;
+    EXPECT_NEAR(state[speed] / ((steps - 1) * scene.stepping().step), 2.0 * 9.81, 1e-3) << restitution;
+  }
 }
 
 TEST(Feedback, SearchGoesOnWithTheMemoryOfItsNodes) {

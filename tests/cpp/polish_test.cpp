@@ -27,14 +27,15 @@ TEST(Polish, CutsAPushInTwoAndStaysWithinTheBounds) {
   Polish polish(bounds, rng);
   polish.start(escape());
   for (int i = 0; i < 100; ++i) {
-    const TimedEdges& edges = polish.draw();
+    const Polish::Trial trial = polish.draw();
+    const TimedEdges& edges = trial.edges;
     ASSERT_EQ(edges.size(), 3u);
     for (const TimedEdge& edge : edges) {
       EXPECT_TRUE((edge.wrenches.cwiseAbs().array() <= bounds.wrenches.array()).all());
       EXPECT_GE(edge.steps, 1);
       EXPECT_LE(edge.steps, bounds.steps);
     }
-    polish.tell(Outcome::better);
+    polish.tell(trial, Outcome::better);
   }
 }
 
@@ -43,7 +44,7 @@ TEST(Polish, LeavesRestsAndOtherObjectsAlone) {
   ompl::RNG rng(3);
   Polish polish(bounds, rng);
   polish.start(escape());
-  const TimedEdges& edges = polish.draw();
+  const TimedEdges edges = polish.draw().edges;
   EXPECT_FALSE(edges[0].wrenches.head<3>().isZero(0.0));
   EXPECT_FALSE(edges[1].wrenches.head<3>().isZero(0.0));
   EXPECT_TRUE(edges[0].wrenches.tail<6>().isZero(0.0));
@@ -58,10 +59,7 @@ TEST(Polish, EndsOnceNothingHelps) {
     EXPECT_FALSE(polish.goes_on());
     polish.start(escape());
     int trials = 0;
-    for (; polish.goes_on() && trials < 1000; ++trials) {
-      polish.draw();
-      polish.tell(outcome);
-    }
+    for (; polish.goes_on() && trials < 1000; ++trials) polish.tell(polish.draw(), outcome);
     EXPECT_GT(trials, 10);
     EXPECT_LT(trials, 200);
   }

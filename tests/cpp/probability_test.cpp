@@ -80,6 +80,33 @@ TEST(Probability, WithoutAnyForceIsThatOfTheFutureAloneAndSearchesSayWhatTheyLac
   EXPECT_TRUE(rejects([&] { capture_score(problem); }, {"force and torque", "capture_score"}));
 }
 
+TEST(Probability, DrawsInOtherStepsHaveTheSameImpulse) {
+  const Problem problem = drift();
+  const double step = problem.scene.stepping().step;
+  const auto impulse = [](const Draw& draw, double each) {
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(wrench_axes);
+    for (const Push& push : draw.pushes) sum += push.steps * each * push.wrenches;
+    return sum;
+  };
+  for (const DisturbanceModel& model :
+       {DisturbanceModel{disturbances::Uniform{}}, {disturbances::Gaussian{1.0, 0.1}}}) {
+    const Draw own = draw(model, problem, 120, 3, 5);
+    const Draw same = resampled(own, step, step, 120);
+    ASSERT_EQ(same.pushes.size(), own.pushes.size());
+    for (std::size_t i = 0; i < own.pushes.size(); ++i) {
+      EXPECT_EQ(same.pushes[i].wrenches, own.pushes[i].wrenches);
+      EXPECT_EQ(same.pushes[i].steps, own.pushes[i].steps);
+    }
+    for (const auto& [ratio, steps] : {std::pair{2.0, 60}, {3.0, 40}, {2.5, 48}, {0.25, 480}}) {
+      const Draw other = resampled(own, step, ratio * step, steps);
+      int all = 0;
+      for (const Push& push : other.pushes) all += push.steps;
+      EXPECT_EQ(all, steps);
+      EXPECT_LT((impulse(other, ratio * step) - impulse(own, step)).norm(), 1e-12) << ratio;
+    }
+  }
+}
+
 TEST(Probability, LeavesOutOneRolloutThatDivergedAndCountsIt) {
   const CaptureProbability p = probability(30, 1, 0.01);
   EXPECT_EQ(p.diverged, 1);

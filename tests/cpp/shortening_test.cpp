@@ -31,28 +31,31 @@ int wasteful_escape(BoundedProblem& bounded) {
 }
 
 TEST(Shortening, EachSuccessIsACheaperEscapeWithinTheBounds) {
-  const Problem problem = drift();
-  BoundedProblem bounded(problem, &problem.captured, 1500, 0);
-  Shortening shortening(problem, bounded, 1);
-  shortening.start(wasteful_escape(bounded));
-  double best = bounded.bound();
-  const double first = best;
-  while (!bounded.spent()) {
-    if (!shortening.attempt()) continue;
-    EXPECT_LT(bounded.bound(), best);
-    best = bounded.bound();
-    EXPECT_EQ(bounded.cost(shortening.end()), best);
-    EXPECT_TRUE(bounded.escaped(shortening.end()));
+  for (const int per_round : {1, 8}) {
+    const Problem problem = drift();
+    BoundedProblem bounded(problem, &problem.captured, 1500, 0);
+    Shortening shortening(problem, bounded, 1);
+    shortening.set_attempts_per_round(per_round);
+    shortening.start(wasteful_escape(bounded));
+    double best = bounded.bound();
+    const double first = best;
+    while (!bounded.spent()) {
+      if (!shortening.attempt()) continue;
+      EXPECT_LT(bounded.bound(), best);
+      best = bounded.bound();
+      EXPECT_EQ(bounded.cost(shortening.end()), best);
+      EXPECT_TRUE(bounded.escaped(shortening.end()));
+    }
+    EXPECT_LT(best, 0.05 * first) << "without friction the least effort is as small as one likes";
+    Escape escape;
+    escape.path = bounded.path_to(shortening.end());
+    escape.effort = best;
+    escape.tree = bounded.take_tree();
+    expect_each_edge_is_a_rollout(escape.tree, problem);
+    expect_controls_within_bounds(escape.tree, problem);
+    expect_path_leaves_the_capture_set_only_at_its_end(escape, problem);
+    expect_path_replays_from_its_controls(escape, problem);
   }
-  EXPECT_LT(best, 0.05 * first) << "without friction the least effort is as small as one likes";
-  Escape escape;
-  escape.path = bounded.path_to(shortening.end());
-  escape.effort = best;
-  escape.tree = bounded.take_tree();
-  expect_each_edge_is_a_rollout(escape.tree, problem);
-  expect_controls_within_bounds(escape.tree, problem);
-  expect_path_leaves_the_capture_set_only_at_its_end(escape, problem);
-  expect_path_replays_from_its_controls(escape, problem);
 }
 
 TEST(Shortening, PathStaysWithinTheBoundsOfTheSearch) {

@@ -33,8 +33,8 @@ inline constexpr AuditEntry audit_entries[] = {
      "[J]."},
     {"friction", &Audit::friction, "Work of friction at contacts; negative but for solver error [J]."},
     {"contacts", &Audit::contacts,
-     "Work of the normal impulses at contacts [J]. Impacts lose energy: negative. Positive where links overlap "
-     "something, which Bullet recovers from by a change of velocity."},
+     "Work of the normal impulses at contacts [J]. Impacts lose energy: negative. Positive where what overlaps is "
+     "parted."},
     {"joints", &Audit::joints,
      "Work of joint stops, negative where a joint hits one, of dry friction of joints, and of the coupling of mimic "
      "joints [J]."},

@@ -70,6 +70,9 @@ struct Draw {
 Draw draw(const DisturbanceModel& model, const Problem& problem, int steps, std::uint64_t seed, std::size_t index,
           const Draw& parent = {}, int step = 0, std::vector<double> leading = {});
 
+//! The same draw in steps of another length [s], `steps` of them: each has the mean wrench of its time.
+Draw resampled(Draw draw, double from, double to, int steps);
+
 //! The same of a user's model; none if the limit was reached before. Throws std::invalid_argument on another shape and
 //! on numbers that are not finite.
 std::optional<Draw> draw(const disturbances::Draws& model, const Problem& problem, int steps, std::uint64_t seed,

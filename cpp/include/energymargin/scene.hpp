@@ -40,6 +40,9 @@ struct Surface {
   //! none acts where that is 0. Of two bodies the larger one counts.
   double torsional_friction = 0.0;
   double rolling_friction = 0.0;
+  //! Of the patch over which it spreads what presses at a point [m]. Above 0 friction acts in the middle of a patch,
+  //! with the torque of an even pressure. Of two bodies the larger one counts.
+  double patch_radius = 0.0;
   //! Share of the speed of meeting that they part with, from restitution_speed on, 0..1; the larger one counts.
   double restitution = 0.0;
   //! Of each contact point, in series with the other body's; 0: as hard as the step allows [N/m], [N s/m].

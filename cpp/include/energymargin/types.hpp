@@ -5,6 +5,11 @@
 #include <Eigen/Geometry>
 #include <vector>
 
+// Flags such as -mavx2 would align and free vectors otherwise than the library does.
+static_assert(EIGEN_MAX_STATIC_ALIGN_BYTES == 16 && EIGEN_MAX_ALIGN_BYTES <= 16 && EIGEN_MALLOC_ALREADY_ALIGNED,
+              "energymargin needs -DEIGEN_MAX_ALIGN_BYTES=16 -DEIGEN_MAX_STATIC_ALIGN_BYTES=16 "
+              "-DEIGEN_MALLOC_ALREADY_ALIGNED=1, which CMake's target energymargin::energymargin brings");
+
 namespace energymargin {
 
 using Vector2 = Eigen::Vector2d;

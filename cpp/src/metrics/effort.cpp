@@ -27,7 +27,7 @@ Escape find_escape(const Problem& problem, const EffortOptions& options, search:
   const bool improved = options.search == Search::improved;
   const Sampling sampling = options.sampling.value_or(improved ? Sampling::mixed : Sampling::uniform);
   search::BoundedProblem bounded(problem, &capture_set(problem, options.captured), options.nodes, options.seed,
-                                 options.limit, sampling);
+                                 options.limit, sampling, std::min(options.threads, options.nodes_per_round));
   bounded.count_in(options.node_counter);
   if (options.stop_at_escape) bounded.stop_at_escape();
   std::unique_ptr<search::Shortening> shortening;
@@ -35,13 +35,15 @@ Escape find_escape(const Problem& problem, const EffortOptions& options, search:
     shortening =
         std::make_unique<search::Shortening>(problem, bounded, stream(options.seed, search::streams::shortening));
   }
-  if (options.planner == "est") {
-    search::Est est(bounded, stream(options.seed, search::streams::planner));
-    if (problem.scene.stepping().simulator) est.set_nodes_per_round(nodes_of_simulator);
-    return ao(bounded, est, shortening.get(), confirm);
-  }
-  search::Rrt rrt(bounded);
-  return ao(bounded, rrt, shortening.get(), confirm);
+  if (shortening) shortening->set_attempts_per_round(options.nodes_per_round);
+  const auto search = [&](auto&& planner, int nodes_per_round) {
+    planner.set_nodes_per_round(nodes_per_round);
+    return ao(bounded, planner, shortening.get(), confirm);
+  };
+  const int together = problem.scene.stepping().simulator ? nodes_of_simulator : 1;
+  if (options.planner == "rrt") return search(search::Rrt(bounded), options.nodes_per_round);
+  return search(search::Est(bounded, stream(options.seed, search::streams::planner)),
+                std::max(options.nodes_per_round, together));
 }
 
 // Nearly all best escapes are confirmed, and then the last one says as much as all of them.
@@ -103,6 +105,7 @@ Escape find_escapes(const Problem& problem, const EffortOptions& options) {
     const auto more = static_cast<std::size_t>(options.nodes % options.searches);  // the first have one more
     one.nodes = options.nodes / options.searches + (i < more ? 1 : 0);
     one.seed = stream(options.seed, i);
+    one.threads = 1;
     best.add(i, find_escape(problem, one));
   };
   const auto searches = static_cast<std::size_t>(options.searches);
@@ -118,6 +121,7 @@ Escape escape_effort(const Problem& problem, const EffortOptions& options) {
   require_at_least("nodes", options.nodes, 1);
   require_at_least("threads", options.threads, 1);
   require_at_least("searches", options.searches, 1);
+  require_at_least("nodes_per_round", options.nodes_per_round, 1);
   if (options.searches > options.nodes) {
     reject("searches", std::to_string(options.searches), "at most `nodes`, " + std::to_string(options.nodes));
   }

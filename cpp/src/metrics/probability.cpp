@@ -60,6 +60,8 @@ class Estimator {
     }
     if (options.success) success_.emplace(*problem.succeeded, problem.scene);
     if (const auto* boltzmann = std::get_if<disturbances::Boltzmann>(&options.disturbance)) rate_ = boltzmann->rate;
+    const double step = problem.scene.stepping().step;
+    if (options.drawn_step.value_or(step) != step) drawn_ = with_step(problem, *options.drawn_step);
   }
 
   CaptureProbability estimate() {
@@ -137,7 +139,11 @@ class Estimator {
       if (!designs_[thread]) designs_[thread].emplace(options_.seed);
       leading = designs_[thread]->point(index);
     }
-    return draw(options_.disturbance, problem_, timing_.horizon, options_.seed, index, {}, 0, std::move(leading));
+    const Problem& problem = drawn_ ? *drawn_ : problem_;
+    Draw drawn = draw(options_.disturbance, problem, timing_of(problem)->horizon, options_.seed, index, {}, 0,
+                      std::move(leading));
+    if (!drawn_) return drawn;
+    return resampled(std::move(drawn), *options_.drawn_step, problem_.scene.stepping().step, timing_.horizon);
   }
 
   // The same rollouts, about which a policy or a simulator is asked together.
@@ -390,6 +396,7 @@ class Estimator {
   const Problem& problem_;
   const ProbabilityOptions& options_;
   Timing timing_;
+  std::optional<Problem> drawn_;  // in whose steps disturbances are drawn
   std::vector<Membership> sets_;  // of all objects; with `by_object` also of any, and of each
   std::optional<Membership> success_;
   std::optional<double> rate_;
@@ -432,6 +439,10 @@ void validate(const Problem& problem, const ProbabilityOptions& options) {
   if (options.by_object && !problem.captured_any) {
     reject("by_object", "True", "a problem with a capture set for each object, captured={...}");
   }
+  if (options.drawn_step && std::holds_alternative<disturbances::Draws>(options.disturbance)) {
+    reject("drawn_step", text(*options.drawn_step),
+           "a model of disturbances: a function knows the steps that it draws for");
+  }
   validate(options.disturbance, problem);
 }
 
@@ -440,6 +451,7 @@ void validate(const Problem& problem, const ProbabilityOptions& options) {
 CaptureProbability capture_probability(const Problem& problem, const ProbabilityOptions& options) {
   validate(problem);
   validate(problem, options);
+  if (options.long_step || options.finds_step) return capture_probability_of_two_steps(problem, options);
   CaptureProbability p = Estimator(problem, options).estimate();
   p.warnings = implausible(p, problem);
   return p;
@@ -479,6 +491,7 @@ Interval interval_of_loss(const CaptureProbability& p, double confidence, std::o
 
 Interval interval_of_capture(const CaptureProbability& p, double confidence, std::optional<Eigen::Index> time) {
   const Eigen::Index at = time.value_or(p.lost.size() - 1);
+  if (p.two_steps) return interval(*p.two_steps, at, confidence);
   const bool is_last = at == p.lost.size() - 1;
   if (!p.splitting) return interval(p.all.curve[at], is_last ? p.effective : p.effective_of_parts, confidence);
   const Interval loss = interval_of_loss(p, confidence, at);

@@ -150,13 +150,13 @@ class Engine {
     return contacts;
   }
 
-  //! Sum of the normal forces between two bodies in the last substep [N].
-  double normal_force(std::size_t a, std::size_t b) const {
+  //! Sum of the normal impulses between two bodies in the last substep [N s].
+  double normal_impulse(std::size_t a, std::size_t b) const {
     double impulse = 0.0;
     for (const ContactPoint& point : pairs_.points()) {
       if (std::minmax(point.a, point.b) == std::minmax(a, b)) impulse += point.normal_impulse;
     }
-    return impulse / last_duration();
+    return impulse;
   }
 
   //! The bodies where the last `restore` or `advance` left them.

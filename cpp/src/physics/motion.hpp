@@ -49,6 +49,7 @@ struct ContactPoint {
   btVector3 normal;             // from b to a
   double distance;              // negative in penetration [m]
   double friction;              // coefficient
+  double lever = 0.0;           // of friction about `grip`, where it acts over a patch [m]
   double normal_impulse = 0.0;  // on a, of the last substep [N s]
   btVector3 friction_impulse = btVector3(0, 0, 0);  // on a [N s]
   btVector3 friction_twist = btVector3(0, 0, 0);    // on a, of torsional and rolling friction [N m s]

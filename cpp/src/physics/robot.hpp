@@ -27,8 +27,10 @@ class Corrections {
         first_(policy_ ? first_commands(scene, feedback) : Eigen::VectorXd::Zero(size())) {
     for (const std::string& name : policy_ ? std::vector<std::string>{} : feedback.observed) {
       observed_.push_back(observed(scene, name));
-      if (observed_.back().kind == Observed::Kind::force) ++forces_;
+      if (observed_.back().kind == Observed::Kind::force)
+        pairs_.emplace_back(observed_.back().index, observed_.back().other);
     }
+    forces_.setZero(static_cast<Eigen::Index>(pairs_.size()));
     memory_.setZero(memory_size(feedback, policy_.get()));
   }
 
@@ -44,9 +46,17 @@ class Corrections {
     else
       memory_.setZero();
   }
-  const Eigen::VectorXd& remembered(const Engine& engine) {
-    if (forces_ > 0 && has_moved_) memory_.tail(forces_) = measured(engine);
+  const Eigen::VectorXd& remembered() {
+    if (has_moved_) memory_.tail(forces_.size()) = forces_;
     return memory_;
+  }
+
+  //! Takes what presses in a substep, which may be the first one of its step: forces are means over a step.
+  void feel(const Engine& engine, bool first) {
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+      double& force = forces_[static_cast<Eigen::Index>(i)];
+      force = (first ? 0.0 : force) + engine.normal_impulse(pairs_[i].first, pairs_[i].second) / step_;
+    }
   }
 
   //! Steps after one until there is a control time again.
@@ -96,17 +106,17 @@ class Corrections {
     const Eigen::Index queued = size() * feedback_.delay;
     Eigen::VectorXd newest(size());
     if (policy_ && !ask(time, seed, limit, newest)) return false;
-    if (!policy_) newest = correct(engine, time, seed);
+    if (!policy_) newest = correct(time, seed);
     auto queue = memory_.segment(1, queued + size());  // the oldest first
     if (queued > 0) queue.head(queued) = queue.tail(queued).eval();
     queue.tail(size()) = newest;
     return true;
   }
 
-  Eigen::VectorXd correct(const Engine& engine, double time, std::optional<std::uint64_t> seed) {
+  Eigen::VectorXd correct(double time, std::optional<std::uint64_t> seed) {
     const auto row = [time](std::size_t count) { return static_cast<Eigen::Index>(std::min(time, count - 1.0)); };
     const auto at = row(static_cast<std::size_t>(feedback_.references.rows()));
-    Eigen::VectorXd error = feedback_.references.row(at).transpose() - numbers(engine);
+    Eigen::VectorXd error = feedback_.references.row(at).transpose() - numbers();
     if (seed && feedback_.noise.size() > 0) {
       Random random(*seed, static_cast<std::size_t>(time));
       for (Eigen::Index i = 0; i < error.size(); ++i) error[i] -= feedback_.noise[i] * random.normal();
@@ -127,9 +137,9 @@ class Corrections {
     return true;
   }
 
-  Eigen::VectorXd numbers(const Engine& engine) {
+  Eigen::VectorXd numbers() {
     Eigen::VectorXd values(static_cast<Eigen::Index>(observed_.size()));
-    const Eigen::VectorXd forces = has_moved_ ? measured(engine) : Eigen::VectorXd(memory_.tail(forces_));
+    const Eigen::VectorXd forces = has_moved_ ? forces_ : Eigen::VectorXd(memory_.tail(forces_.size()));
     Eigen::Index force = 0;
     for (std::size_t i = 0; i < observed_.size(); ++i) {
       const bool presses = observed_[i].kind == Observed::Kind::force;
@@ -138,25 +148,17 @@ class Corrections {
     return values;
   }
 
-  Eigen::VectorXd measured(const Engine& engine) const {
-    Eigen::VectorXd forces = Eigen::VectorXd::Zero(forces_);
-    Eigen::Index force = 0;
-    for (const Observed& of : observed_) {
-      if (of.kind == Observed::Kind::force) forces[force++] = engine.normal_force(of.index, of.other);
-    }
-    return forces;
-  }
-
   const Feedback feedback_;
   const std::shared_ptr<const Policy> policy_;
   double step_;
   Observer observer_;
   Eigen::VectorXd first_;  // what acts before there was an answer
   std::vector<Observed> observed_;
-  Eigen::Index forces_ = 0;
+  std::vector<std::pair<std::size_t, std::size_t>> pairs_;  // bodies whose forces are observed
+  Eigen::VectorXd forces_;                                  // of the last step [N]
   Eigen::VectorXd memory_;
   State state_;             // scratch
-  bool has_moved_ = false;  // since `restore`: then forces are those of the engine
+  bool has_moved_ = false;  // since `restore`: then forces are known
 };
 
 //! Does in each step what a plan says, which fits the scene.
@@ -183,8 +185,11 @@ class Robot {
   }
 
   //! Those numbers now.
-  Eigen::VectorXd remembered(const Engine& engine) {
-    return corrections_ ? corrections_->remembered(engine) : Eigen::VectorXd();
+  Eigen::VectorXd remembered() { return corrections_ ? corrections_->remembered() : Eigen::VectorXd(); }
+
+  //! Observes a substep of a step.
+  void feel(const Engine& engine, bool first) {
+    if (corrections_) corrections_->feel(engine, first);
   }
 
   //! What a policy commands until the next call, or null: it is asked at its control times; and the seeds of the noise

@@ -195,7 +195,7 @@ class SimulatedRollouts {
   State whole_state(Row& row) const {
     if (!row.robot || row.robot->memory() == 0) return row.state;
     State state(own() + row.robot->memory());
-    state << row.state, row.robot->remembered(geometry_);
+    state << row.state, row.robot->remembered();
     return state;
   }
 

@@ -33,15 +33,13 @@ class TouchingPair {
 
   double missing_force(const double* state) {
     return ask(state, [this](Engine& engine) {
-      double left = scene_.stepping().step;
-      while (left > 0.0) left -= engine.advance(left).duration;
-      double force = 0.0;
-      for (const Contact& contact : engine.contacts()) {
-        const bool of_pair = contact.body_a == set_.body ? contact.body_b == set_.other
-                                                         : contact.body_a == set_.other && contact.body_b == set_.body;
-        if (of_pair) force += contact.normal_force;
+      const double step = scene_.stepping().step;
+      double left = step, impulse = 0.0;
+      while (left > 0.0) {
+        left -= engine.advance(left).duration;
+        impulse += engine.normal_impulse(a_, b_);
       }
-      return set_.force - force;
+      return set_.force - impulse / step;
     });
   }
 

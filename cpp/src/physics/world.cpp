@@ -66,7 +66,7 @@ struct World::Player {
   // One step under loads; its work, effort, lost time and convergence are added to `result`.
   void step(const std::vector<Load>& loads, Rollout& result, Auditor* auditor) {
     double left = engine.scene().stepping().step;
-    bool converged = true;
+    bool first = true, converged = true;
     while (left > 0.0) {
       if (auditor) auditor->begin();
       before.clear();
@@ -78,6 +78,7 @@ struct World::Player {
         result.work += work;
       }
       if (auditor) auditor->end(substep);
+      if (robot) robot->feel(engine, std::exchange(first, false));
       left -= substep.duration;
       result.lost_time += substep.lost;
       converged = converged && substep.converged;
@@ -175,7 +176,7 @@ Rollout World::rollout_unchecked(const State& state, const std::vector<Push>& pu
     engine.read(now);
     if (!robot || robot->memory() == 0) return;
     now.conservativeResize(now.size() + robot->memory());
-    now.tail(robot->memory()) = robot->remembered(engine);
+    now.tail(robot->memory()) = robot->remembered();
   };
   auto next = watch.record.begin();
   bool over = false;
@@ -245,7 +246,7 @@ std::vector<Frame> World::simulate(const State& state, const Plan& besides, int 
   if (player_->robot) {
     player_->robot->restore(state, layout().dimension());
     player_->robot->take(nullptr, nullptr);
-    if (!frames.empty()) frames.front().memory = player_->robot->remembered(engine);
+    if (!frames.empty()) frames.front().memory = player_->robot->remembered();
   }
   for (int i = 1; i <= steps && next != record.end(); ++i) {
     if (i % steps_between_checks == 0) limit.require();
@@ -257,7 +258,7 @@ std::vector<Frame> World::simulate(const State& state, const Plan& besides, int 
     if (i != *next) continue;
     frames.push_back({i * step, {}, {}, engine.contacts(), whole.unconverged, whole.lost_time});
     engine.read(frames.back().state);
-    if (player_->robot) frames.back().memory = player_->robot->remembered(engine);
+    if (player_->robot) frames.back().memory = player_->robot->remembered();
     ++next;
   }
   return frames;

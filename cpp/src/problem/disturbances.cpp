@@ -219,6 +219,42 @@ Draw draw(const DisturbanceModel& model, const Problem& problem, int steps, std:
   return {sequence, std::nullopt, seeds};
 }
 
+Draw resampled(Draw draw, double from, double to, int steps) {
+  constexpr double rounding = 1e-6;  // of a step
+  std::vector<Push> sequence;
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(draw.pushes.front().wrenches.size());
+  int taken = 0, made = 0;        // steps of before, and of now
+  double now = 0.0, mixed = 0.0;  // until when there are wrenches, and for how much of the next step `sum` has some
+  const auto add = [&](const Eigen::VectorXd& wrenches, int count) {
+    if (made < steps) sequence.push_back({wrenches, std::min(count, steps - made)});
+    made += count;
+  };
+  for (const Push& push : draw.pushes) {
+    taken += push.steps;
+    const double exact = taken * (from / to), whole = std::round(exact);
+    const double end = std::abs(exact - whole) < rounding ? whole : exact;
+    while (now < end) {
+      const double next = std::min(std::floor(now) + 1.0, end);
+      if (now == std::floor(now) && end - now >= 1.0) {
+        add(push.wrenches, static_cast<int>(std::floor(end - now)));
+        now = std::floor(end);
+        continue;
+      }
+      sum += (next - now) * push.wrenches;
+      mixed += next - now;
+      now = next;
+      if (now != std::floor(now)) continue;
+      add(sum / mixed, 1);
+      sum.setZero();
+      mixed = 0.0;
+    }
+  }
+  if (mixed > 0.0) add(sum / mixed, 1);
+  draw.pushes = std::move(sequence);
+  if (draw.plan) draw.plan = from < to ? coarse_rows(*draw.plan, to) : fine_rows(*draw.plan, to);
+  return draw;
+}
+
 std::optional<Draw> draw(const Draws& model, const Problem& problem, int steps, std::uint64_t seed, std::size_t index,
                          const Limit& limit) {
   const std::optional<Wrenches> rows = model.wrenches(index, limit);

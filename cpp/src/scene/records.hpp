@@ -117,6 +117,10 @@ constexpr auto describe(Type<Surface>) {
             forms::not_negative, Presence::optional},
       Field{"rolling_friction", &Surface::rolling_friction, "As torsional_friction, about the contact's plane [m].",
             forms::not_negative, Presence::optional},
+      Field{"patch_radius", &Surface::patch_radius,
+            "Radius of the patch over which it spreads what presses at a point; above 0 friction acts in the middle of "
+            "what two faces share, with the torque of an even pressure; the larger counts [m].",
+            forms::not_negative, Presence::optional},
       Field{"restitution", &Surface::restitution,
             "Share of the speed at which bodies meet that they part with, above .1 m/s; 0 to 1; the larger counts.",
             forms::not_negative, Presence::optional},

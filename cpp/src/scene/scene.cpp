@@ -53,6 +53,7 @@ Surface contact_of(const Surface& a, const Surface& b) {
   Surface both;
   both.torsional_friction = std::max(a.torsional_friction, b.torsional_friction);
   both.rolling_friction = std::max(a.rolling_friction, b.rolling_friction);
+  both.patch_radius = std::max(a.patch_radius, b.patch_radius);
   both.restitution = std::max(a.restitution, b.restitution);
   both.stiffness = a.stiffness + b.stiffness;
   both.damping = a.damping + b.damping;

@@ -126,6 +126,9 @@ class DensityGrid {
 //! It grows in rounds of edges from nodes that it has; a derived planner says from which. The problem outlives it.
 class NodePlanner : public ompl::base::Planner, public Prunable {
  public:
+  //! How many nodes a round extends, but no more than the tree has; 1 at first, as published.
+  void set_nodes_per_round(int count) { nodes_per_round_ = count; }
+
   //! A solution is told as the state in which it ends: the path to it is in the problem's tree.
   ompl::base::PlannerStatus solve(const ompl::base::PlannerTerminationCondition& ptc) override {
     checkValidity();
@@ -133,7 +136,7 @@ class NodePlanner : public ompl::base::Planner, public Prunable {
     if (empty()) return ompl::base::PlannerStatus::INVALID_START;
     int solution = -1;
     while (solution < 0 && !ptc) {
-      for (const int node : problem_.extend(draw_round())) {
+      for (const int node : problem_.extend(round())) {
         if (!problem_.allowed(node)) continue;
         add(node);
         if (solution < 0 && problem_.escaped(node)) solution = node;
@@ -157,7 +160,7 @@ class NodePlanner : public ompl::base::Planner, public Prunable {
 
   virtual bool empty() const = 0;
   virtual void add(int node) = 0;
-  virtual std::vector<EdgeFrom> draw_round() = 0;
+  virtual EdgeFrom draw() = 0;
 
   //! An edge from a node, as the problem's controls are drawn.
   EdgeFrom draw_edge(int node) {
@@ -181,7 +184,17 @@ class NodePlanner : public ompl::base::Planner, public Prunable {
   BoundedProblem& problem_;
 
  private:
+  std::vector<EdgeFrom> round() {
+    // A first round of many edges from the root alone would make the tree shallow.
+    const int nodes = problem_.nodes() + 1;
+    const int count = std::min({nodes_per_round_, nodes, std::max(problem_.rollouts_left(), 1)});
+    std::vector<EdgeFrom> round;
+    for (int i = 0; i < count; ++i) round.push_back(draw());
+    return round;
+  }
+
   ompl::control::ControlSamplerPtr sampler_;
+  int nodes_per_round_ = 1;
   CostSpace::StateType state_;
 };
 
@@ -193,9 +206,6 @@ class Est : public NodePlanner {
       : NodePlanner(problem, "EST"), projection_(si_->getStateSpace()->getDefaultProjection()) {
     rng_.setLocalSeed(static_cast<std::uint_fast32_t>(seed));
   }
-
-  //! How many nodes a round extends, but no more than the tree has; 1 at first, as published.
-  void set_nodes_per_round(int count) { nodes_per_round_ = count; }
 
   void prune(double bound) override {
     const std::vector<int> nodes = grid_.nodes();
@@ -214,16 +224,8 @@ class Est : public NodePlanner {
     grid_.add(node, cell);
   }
 
-  std::vector<EdgeFrom> draw_round() override {
-    // A first round of many edges from the root alone would make the tree shallow.
-    const int nodes = problem_.nodes() + 1;
-    const int count = std::min({nodes_per_round_, nodes, std::max(problem_.rollouts_left(), 1)});
-    std::vector<EdgeFrom> round;
-    for (int i = 0; i < count; ++i) round.push_back(draw_edge(grid_.draw(rng_)));
-    return round;
-  }
+  EdgeFrom draw() override { return draw_edge(grid_.draw(rng_)); }
 
-  int nodes_per_round_ = 1;
   ompl::RNG rng_;
   ompl::base::ProjectionEvaluatorPtr projection_;
   DensityGrid grid_;
@@ -269,9 +271,9 @@ class Rrt : public NodePlanner {
     nodes_.add(node);
   }
 
-  std::vector<EdgeFrom> draw_round() override {
+  EdgeFrom draw() override {
     state_sampler_->sampleUniform(&sample_);
-    return {draw_edge(nearest_to_sample())};
+    return draw_edge(nearest_to_sample());
   }
 
   // The first one of equally near nodes. Which of them OMPL's structure finds depends on pivots that it draws from a

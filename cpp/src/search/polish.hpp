@@ -30,26 +30,24 @@ class EvolutionStrategy {
   EvolutionStrategy(const Eigen::VectorXd& deviations, ompl::RNG& rng)
       : rng_(rng),
         factor_(deviations.asDiagonal()),
-        step_(Eigen::VectorXd::Zero(deviations.size())),
-        path_(step_),
-        violation_(step_) {}
+        path_(Eigen::VectorXd::Zero(deviations.size())),
+        violation_(path_) {}
 
-  //! The next step.
+  //! A step A z, in units of `size`. Several may be drawn before any is told.
   Eigen::VectorXd draw() {
-    Eigen::VectorXd normal(step_.size());
+    Eigen::VectorXd normal(path_.size());
     for (double& number : normal) number = rng_.gaussian01();
-    step_ = factor_ * normal;
-    return size_ * step_;
+    return factor_ * normal;
   }
 
-  //! Of the step drawn last.
-  void tell(Outcome outcome) {
-    if (outcome == Outcome::infeasible) return learn_violation();
+  //! What came of a step.
+  void tell(const Eigen::VectorXd& step, Outcome outcome) {
+    if (outcome == Outcome::infeasible) return learn_violation(step);
     const bool success = outcome == Outcome::better;
     success_rate_ += rate_memory * ((success ? 1.0 : 0.0) - success_rate_);
-    const double damping = 1.0 + 0.5 * static_cast<double>(step_.size());
+    const double damping = 1.0 + 0.5 * static_cast<double>(step.size());
     size_ *= std::exp((success_rate_ - target_rate) / (1.0 - target_rate) / damping);
-    if (success) learn_success();
+    if (success) learn_success(step);
   }
 
   //! Size of the steps now, as a share of those at first.
@@ -60,11 +58,11 @@ class EvolutionStrategy {
   static constexpr double rate_memory = 1.0 / 12.0;
 
   // The covariance grows along the steps that succeeded.
-  void learn_success() {
-    const auto n = static_cast<double>(step_.size());
+  void learn_success(const Eigen::VectorXd& step) {
+    const auto n = static_cast<double>(step.size());
     const double memory = 2.0 / (n + 2.0);
     const double rate = 2.0 / (n * n + 6.0);
-    path_ = (1.0 - memory) * path_ + std::sqrt(memory * (2.0 - memory)) * step_;
+    path_ = (1.0 - memory) * path_ + std::sqrt(memory * (2.0 - memory)) * step;
     const Eigen::VectorXd w = factor_.partialPivLu().solve(path_);
     const double squared = w.squaredNorm();
     const double keep = std::sqrt(1.0 - rate);
@@ -73,11 +71,11 @@ class EvolutionStrategy {
   }
 
   // The covariance shrinks along those that broke the constraint.
-  void learn_violation() {
-    const auto n = static_cast<double>(step_.size());
+  void learn_violation(const Eigen::VectorXd& step) {
+    const auto n = static_cast<double>(step.size());
     const double memory = 1.0 / (n + 2.0);
     const double rate = 0.1 / (n + 2.0);
-    violation_ = (1.0 - memory) * violation_ + memory * step_;
+    violation_ = (1.0 - memory) * violation_ + memory * step;
     const Eigen::VectorXd w = factor_.partialPivLu().solve(violation_);
     factor_ -= rate / w.squaredNorm() * violation_ * w.transpose();
   }
@@ -86,7 +84,6 @@ class EvolutionStrategy {
   double size_ = 1.0;
   double success_rate_ = target_rate;
   Eigen::MatrixXd factor_;     // A, with A A^T the covariance
-  Eigen::VectorXd step_;       // A z, without its size
   Eigen::VectorXd path_;       // s, of the steps that succeeded
   Eigen::VectorXd violation_;  // v, of the steps that broke the constraint
 };
@@ -114,14 +111,19 @@ class Polish {
     return strategy_->size() > smallest_size && failures_ < most_failures;
   }
 
-  //! The edges, changed.
-  const TimedEdges& draw() {
-    const Eigen::VectorXd step = strategy_->draw();
-    drawn_ = best_;
+  //! The edges, changed by a step.
+  struct Trial {
+    TimedEdges edges;
+    Eigen::VectorXd step;
+  };
+
+  //! Several may be drawn before any is told.
+  Trial draw() {
+    Trial trial{best_, strategy_->draw()};
     for (std::size_t i = 0; i < variables_.size(); ++i) {
       const auto [index, axis] = variables_[i];
-      TimedEdge& edge = drawn_[index];
-      const double change = step[static_cast<Eigen::Index>(i)];
+      TimedEdge& edge = trial.edges[index];
+      const double change = strategy_->size() * trial.step[static_cast<Eigen::Index>(i)];
       if (axis == duration) {
         const double steps = std::clamp(edge.steps + change * largest_.steps, 1.0, 1.0 * largest_.steps);
         edge.steps = static_cast<int>(std::lround(steps));
@@ -130,14 +132,14 @@ class Polish {
         edge.wrenches[axis] = std::clamp(edge.wrenches[axis] + change * bound, -bound, bound);
       }
     }
-    return drawn_;
+    return trial;
   }
 
-  //! What came of the edges drawn last: if they lead out for less, the next changes are to them.
-  void tell(Outcome outcome) {
-    if (outcome == Outcome::better) best_ = drawn_;
+  //! What came of a trial: if it leads out for less, the next changes are to its edges.
+  void tell(const Trial& trial, Outcome outcome) {
+    if (outcome == Outcome::better) best_ = trial.edges;
     failures_ = outcome == Outcome::better ? 0 : failures_ + 1;
-    strategy_->tell(outcome);
+    strategy_->tell(trial.step, outcome);
   }
 
  private:
@@ -198,7 +200,6 @@ class Polish {
   const Edge& largest_;
   ompl::RNG& rng_;
   TimedEdges best_;
-  TimedEdges drawn_;
   std::vector<std::pair<std::size_t, int>> variables_;  // an edge, and one of its axes or its duration, in units of the
                                                         // largest edge
   std::optional<EvolutionStrategy> strategy_;

@@ -35,6 +35,9 @@ class Shortening {
   Shortening(const Shortening&) = delete;
   Shortening& operator=(const Shortening&) = delete;
 
+  //! From now on it tries so many changes at once, all of the escape as it is before them; 1 at first.
+  void set_attempts_per_round(int count) { attempts_per_round_ = count; }
+
   //! Goes on from the best escape, which ends in `node`; 0: there is none.
   void start(int node) {
     best_ = node;
@@ -42,13 +45,19 @@ class Shortening {
   }
 
   //! Waits from the root on, without a clock: an object that moves may leave by itself. True if it did.
-  bool wait() { return !horizon_ && replay(0, with_rests({}, rests_of_a_wait)) == Outcome::better && is_best(); }
+  bool wait() {
+    std::vector<Attempt> round{{0, with_rests({}, rests_of_a_wait)}};
+    return !horizon_ && replay(round) && is_best();
+  }
 
-  //! Tries one change, or one push from the root without an escape yet. True if that is the cheapest escape of all.
+  //! Tries changes of an escape, or pushes from the root without one yet. True if that finds the cheapest escape of
+  //! all.
   bool attempt() {
     // One descent from the best escape, the next from a new one.
     if (!horizon_ && !descends()) descend_from(path_.back() == best_ ? 0 : best_);
-    return (path_.size() < 2 ? guess() : change()) && is_best();
+    std::vector<Attempt> round;
+    for (int i = 0; i < attempts_per_round_; ++i) round.push_back(path_.size() < 2 ? guess() : change());
+    return replay(round) && is_best();
   }
 
   //! The node in which the best escape ends.
@@ -76,6 +85,15 @@ class Shortening {
   // With a clock.
   static constexpr double whole_share = 0.5;   // of the changes begin at the root, and guesses last up to the horizon
   static constexpr double single_share = 0.5;  // of the guesses push one object alone
+
+  struct Attempt {
+    int node;  // from which its edges lead, and then to which they have led
+    TimedEdges edges;
+    std::optional<Polish::Trial> trial{};  // of the polish
+    bool waits = false;                    // from the root on
+    Outcome outcome = Outcome::infeasible;
+    bool over = false;
+  };
 
   void descend_from(int node) {
     go_on_from(node);
@@ -106,7 +124,7 @@ class Shortening {
 
   // With a clock it is at the bounds of its axes, from some time on, for some time or up to the horizon: where time is
   // short few draws of a planner's lead out. Without one it may be weaker, or a wait.
-  bool guess() {
+  Attempt guess() {
     if (!horizon_ && rng_.uniform01() < waiting_share) return wait_on();
     TimedEdge push = draw_push();
     const auto axes = static_cast<int>(push.wrenches.size());
@@ -119,11 +137,11 @@ class Shortening {
     }
     TimedEdges edges;
     prepend(edges, push, largest_.steps);
-    return replay(0, horizon_ ? with_waits(edges, 0) : with_rests(edges, draw_rests())) == Outcome::better;
+    return {0, horizon_ ? with_waits(edges, 0) : with_rests(edges, draw_rests())};
   }
 
   // A polish goes on to its end. Then other changes have as many attempts, and may give the escape another form.
-  bool change() {
+  Attempt change() {
     if (horizon_) return change_edges();
     if (rng_.uniform01() < waiting_share) return wait_on();
     const bool goes_on = polish_.goes_on() && polished_ == path_.back();
@@ -133,35 +151,34 @@ class Shortening {
     return rng_.uniform01() < slow_share ? slow_down() : change_edges();
   }
 
-  bool change_edges() {
+  Attempt change_edges() {
     const std::size_t node = draw_node();
     const EdgeChanges::Change& drawn = changes_.draw();
     const bool all = drawn.concerns_all || (horizon_ && rng_.uniform01() < whole_share);
     const std::size_t from = all ? 0 : node;
     TimedEdges edges = edges_from(from);
-    if (edges.empty()) return false;
+    if (edges.empty()) return {path_[from], {}};
     drawn.apply(edges);
-    if (horizon_) return replay(path_[from], with_waits(edges, problem_.time(path_[from]))) == Outcome::better;
-    return replay(path_[from], with_rests(edges, draw_rests())) == Outcome::better;
+    if (horizon_) return {path_[from], with_waits(edges, problem_.time(path_[from]))};
+    return {path_[from], with_rests(edges, draw_rests())};
   }
 
-  bool polish() {
+  Attempt polish() {
     if (!polish_.goes_on() || polished_ != path_.back()) polish_.start(edges_from(0));
-    const Outcome outcome = replay(0, with_rests(polish_.draw(), 1));
-    polish_.tell(outcome);
     polished_ = path_.back();
-    return outcome == Outcome::better;
+    Polish::Trial trial = polish_.draw();
+    return {0, with_rests(trial.edges, 1), std::move(trial)};
   }
 
   // As the world sees it, or as one who moves along with what moves at the root.
-  bool slow_down() {
+  Attempt slow_down() {
     const std::vector<Passage> escape = passages(rng_.uniformInt(1, most_passages));
     const State root = problem_.state(0);
     const bool along = rng_.uniform01() < 0.5;
     const double slowdown = std::exp(rng_.uniformReal(0.0, std::log(slowest)));
     const double surplus = std::exp(rng_.uniformReal(std::log(least_surplus), std::log(most_surplus)));
     const State frame = along ? root : State::Zero(root.size());
-    return replay(0, with_rests(slow_motion_(escape, frame, slowdown, surplus), draw_rests())) == Outcome::better;
+    return {0, with_rests(slow_motion_(escape, frame, slowdown, surplus), draw_rests())};
   }
 
   // The escape's edges, cut until there are so many pushes. Where an edge is cut, a rollout tells the state.
@@ -192,14 +209,12 @@ class Shortening {
   }
 
   // From the root, or where the last wait from it ended, or anywhere on the path. The first rest is of any length.
-  bool wait_on() {
+  Attempt wait_on() {
     const bool from_root = path_.size() < 2 || rng_.uniform01() < 0.5;
     const bool anew = rng_.uniform01() < 0.5;
     const int node = from_root ? (anew ? 0 : waited_) : path_[draw_node()];
     TimedEdges edges{rest(0, rng_.uniformInt(1, largest_.steps))};
-    const Outcome outcome = replay(node, with_rests(edges, rests_of_a_wait));
-    if (from_root && outcome == Outcome::infeasible) waited_ = problem_.nodes();
-    return outcome == Outcome::better;
+    return {node, with_rests(edges, rests_of_a_wait), {}, from_root};
   }
 
   // Of the path, but its end: where the first edge that changes starts or, with a clock, the wait before it.
@@ -261,22 +276,57 @@ class Shortening {
     return edges;
   }
 
-  Outcome replay(int node, const TimedEdges& edges) {
-    for (const TimedEdge& edge : edges) {
-      if (problem_.spent()) break;
-      node = problem_.extend(node, edge, bound_);
-      ++rollouts_;
-      if (!problem_.allowed(node, bound_)) return Outcome::worse;
-      if (problem_.escaped(node)) {
-        go_on_from(node);
-        return Outcome::better;
+  // Makes all rollouts of some attempts: the next edge of each of them at once. Whether one is a cheaper escape.
+  bool replay(std::vector<Attempt>& round) {
+    std::vector<Attempt*> going;
+    std::vector<EdgeFrom> edges;
+    for (std::size_t next = 0; !problem_.spent(); ++next) {
+      going.clear();
+      edges.clear();
+      for (Attempt& each : round) {
+        const bool goes_on = !each.over && next < each.edges.size();
+        if (!goes_on || static_cast<int>(edges.size()) == problem_.rollouts_left()) continue;
+        going.push_back(&each);
+        edges.push_back({each.node, each.edges[next]});
       }
-      if (!horizon_ && edge.wrenches.isZero(0.0) && problem_.at_rest(node)) break;
+      if (going.empty()) break;
+      const std::vector<int> nodes = problem_.extend(edges, bound_);
+      rollouts_ += static_cast<int>(edges.size());
+      for (std::size_t i = 0; i < going.size(); ++i) {
+        lead(*going[i], i < nodes.size() ? nodes[i] : -1, edges[i].edge.wrenches.isZero(0.0));
+      }
     }
-    return Outcome::infeasible;
+    bool better = false;
+    for (Attempt& each : round) better = conclude(each) || better;
+    return better;
+  }
+
+  // To the node of its next edge; -1 if the limit was reached first.
+  void lead(Attempt& attempt, int node, bool rests) {
+    attempt.node = node;
+    if (!problem_.allowed(node, bound_)) {
+      attempt.outcome = Outcome::worse;
+    } else if (problem_.escaped(node)) {
+      attempt.outcome = Outcome::better;
+    } else if (horizon_ || !rests || !problem_.at_rest(node)) {
+      return;
+    }
+    attempt.over = true;
+  }
+
+  // Of a round each counts beside those before it. Whether the escape goes on from this one.
+  bool conclude(Attempt& attempt) {
+    Outcome& outcome = attempt.outcome;
+    if (outcome == Outcome::better && problem_.cost(attempt.node) >= bound_) outcome = Outcome::worse;
+    if (outcome == Outcome::better) go_on_from(attempt.node);
+    if (attempt.trial) polish_.tell(*attempt.trial, outcome);
+    if (attempt.trial && outcome == Outcome::better) polished_ = attempt.node;
+    if (attempt.waits && outcome == Outcome::infeasible) waited_ = attempt.node;
+    return outcome == Outcome::better;
   }
 
   BoundedProblem& problem_;
+  int attempts_per_round_ = 1;
   Edge largest_;
   std::optional<int> horizon_;  // steps
   ompl::RNG rng_;

@@ -270,10 +270,11 @@ class Surface:
     """
     How a body meets others, beside its friction; by default as a rigid body does.
     """
-    def __init__(self, *, torsional_friction: float = 0.0, rolling_friction: float = 0.0, restitution: float = 0.0, stiffness: float = 0.0, damping: float = 0.0) -> None:
+    def __init__(self, *, torsional_friction: float = 0.0, rolling_friction: float = 0.0, patch_radius: float = 0.0, restitution: float = 0.0, stiffness: float = 0.0, damping: float = 0.0) -> None:
         """
         torsional_friction: Torque about a contact's normal by its normal force, within the cone of its friction; of two bodies the larger counts [m].
         rolling_friction: As torsional_friction, about the contact's plane [m].
+        patch_radius: Radius of the patch over which it spreads what presses at a point; above 0 friction acts in the middle of what two faces share, with the torque of an even pressure; the larger counts [m].
         restitution: Share of the speed at which bodies meet that they part with, above .1 m/s; 0 to 1; the larger counts.
         stiffness: Of each contact point, in series with the other body's; 0: as hard as the step allows [N/m].
         damping: Beside a stiffness above 0 [N s/m].
@@ -286,6 +287,11 @@ class Surface:
     def damping(self) -> float:
         """
         Beside a stiffness above 0 [N s/m].
+        """
+    @property
+    def patch_radius(self) -> float:
+        """
+        Radius of the patch over which it spreads what presses at a point; above 0 friction acts in the middle of what two faces share, with the torque of an even pressure; the larger counts [m].
         """
     @property
     def restitution(self) -> float:

@@ -13,18 +13,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Problem
-from energymargin.act.crossing import PILOT, Asking, Outcomes, Rule, Run, Scale, crossings
+from energymargin.act.crossing import PILOT, Asking, Outcomes, Rule, Run, crossings
 from energymargin.act.draws import Disturbance, Question, Trial, check_uncertainty
+from energymargin.act.scale import Scale
 from energymargin.act.trials import Trials
 from energymargin.base.checks import function_of, function_or_none, share, whole_number
 from energymargin.base.limits import Limit
+from energymargin.base.plausibility import warn
 from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
 from energymargin.evaluate.executors.choice import Executor
 from energymargin.model.beliefs.belief import Belief, numbered_particle
 from energymargin.model.beliefs.uncertainty import Uncertainty
 
-DRAWS = 120
+MORE = (
+    "what is lost at a value holds at a harder one. All crossings that were found are in "
+    "`crossings`, and there may be more between them. A shorter range has closer values"
+)
 
 ProblemOf = Callable[[float], Problem]
 OutcomesOf = Callable[[float, Sequence[int]], Any]
@@ -112,7 +117,7 @@ def critical_value(
     metric: str = "probability",
     disturbance: Disturbance | None = None,
     uncertainty: Uncertainty | None = None,
-    draws: int = DRAWS,
+    draws: int | None = None,
     tolerance: float = 0.01,
     seed: int = 0,
     store: str | Path | None = None,
@@ -135,7 +140,8 @@ def critical_value(
         metric: "probability", or "probability/success".
         disturbance: as of `capture_probability`; None is Uniform().
         uncertainty: what is not known of each problem: draw j has particle j.
-        draws: how many rollouts of each value there may be. More make the interval narrower.
+        draws: how many rollouts of each value there may be. More make the interval narrower. None:
+            120, and for a probability near 0 or 1 as many as both ends of the interval need.
         tolerance: to which share of itself the critical value, and each end of the interval, is
             searched; where it is near 0, of a fiftieth of the range.
         seed: of the draws: draw j is the same at each value.
@@ -174,7 +180,7 @@ def critical_value_of(
     unit: str = "",
     probability: float = 0.95,
     confidence: float = 0.95,
-    draws: int = DRAWS,
+    draws: int | None = None,
     tolerance: float = 0.01,
     progress: Callable[[int, int], None] | None = None,
     timeout: float | None = None,
@@ -225,7 +231,7 @@ class _Search:
     unit: str
     probability: float
     confidence: float
-    draws: int
+    draws: int | None
     tolerance: float
     progress: Callable[[int, int], None] | None
     limit: Limit
@@ -241,7 +247,8 @@ class _Search:
             raise ValueError(
                 f"tolerance is {self.tolerance:g}, expected a share of the range, such as 0.01"
             )
-        whole_number("draws", self.draws, PILOT)
+        if self.draws is not None:
+            whole_number("draws", self.draws, PILOT)
 
     def found(self, run: Run) -> CriticalValue:
         """What it finds."""
@@ -250,6 +257,9 @@ class _Search:
         parts = crossings(asking, self.tolerance, self.limit)
         found = [part.crossing for part in parts]
         first, told = found[0], [one.monotone for one in found]
+        monotone = False if asking.turns() else None if None in told else False not in told
+        if monotone is False:
+            warn([(self.quantity, f"{self.quantity} is not monotone: {MORE}")], None)
         return CriticalValue(
             self.quantity,
             self.unit,
@@ -257,7 +267,7 @@ class _Search:
             self.probability,
             first.value,
             *(first.low, first.high, self.confidence, first.side),
-            monotone=False if len(found) > 1 or False in told else None if None in told else True,
+            monotone=monotone,
             crossings=tuple((c.value, c.low, c.high, c.side) for c in found if not isnan(c.value)),
             outcomes=np.array(sorted(row for part in parts for row in part.table())),
             rollouts=asking.rollouts,

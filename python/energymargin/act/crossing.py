@@ -8,14 +8,15 @@ outcomes of the others follow.
 
 That needs draws each of which is lost on one side alone. So some outcomes that follow are asked
 too. If one is another, both ends are tested on draws that were not used before, and moved until
-they hold. Then the probability alone has to be monotone.
+they hold. Then the probability alone has to be monotone. Where the first values show that it is
+not, all draws are asked where it seems to turn, and each part between two such values is searched.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import groupby, pairwise
 from math import isnan, log, nan
 from typing import NamedTuple
 
@@ -23,18 +24,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from energymargin.base.checks import shown
+from energymargin.act.scale import Scale
 from energymargin.base.errors import DivergedError
 from energymargin.base.limits import Limit
 from energymargin.evaluate.divergence import too_many_diverged
 
+DRAWS, MOST = 120, 5000  # of a value, and where a probability near 0 or 1 needs more
+SPARE = 4.0  # an end is proved with errors of so much less, so that it can be tested again
 PILOT = 16  # draws that are asked at each of the first values
 GRID = 5  # first values
+BETWEEN, FEW = 4, 2  # steps from one to the next, and draws that are asked at those
 COARSE = 0.2  # apart; so near are the first draws bracketed
 SURPRISES = 16  # outcomes that follow, and are asked all the same
 STEP = 0.01  # of the range; by so much at least an end is moved
 ALMOST = 1e-12  # of the scale
-DECADE = 10.0  # a range of a larger ratio is searched by ratios
+FIRST = tuple(np.linspace(0.0, 1.0, BETWEEN * (GRID - 1) + 1).tolist())
 
 
 class Outcomes(NamedTuple):
@@ -52,40 +56,6 @@ Run = Callable[[float, Sequence[int]], Iterable[Outcomes | None]]
 
 
 @dataclass(frozen=True)
-class Scale:
-    """Values of a range as numbers from 0 to 1."""
-
-    ends: tuple[float, float]
-
-    @classmethod
-    def of(cls, given: tuple[float, float]) -> Scale:
-        """Raises ValueError unless it is two finite numbers that rise."""
-        try:
-            low, high = map(float, given)
-        except (TypeError, ValueError):
-            low = high = nan
-        if not (np.isfinite([low, high]).all() and low < high):
-            raise ValueError(f"range is {shown(given)}, expected (low, high), which rise")
-        return cls((low, high))
-
-    def apart(self, u: float, other: float) -> float:
-        """How far two values are apart, as a share of the larger one; infinite beyond the range."""
-        if not np.isfinite([u, other]).all():
-            return np.inf
-        a, b = self.value(u), self.value(other)
-        return abs(a - b) / max(abs(a), abs(b), (self.ends[1] - self.ends[0]) / 50.0)
-
-    def value(self, u: float) -> float:
-        """The value at a number from 0 to 1."""
-        low, high = self.ends
-        if low > 0.0 and high / low > DECADE:
-            value = low * float(np.exp(u * log(high / low)))
-        else:
-            value = low + u * (high - low)
-        return min(max(value, low), high)
-
-
-@dataclass(frozen=True)
 class Rule:
     """How many of the draws may be lost where the probability is the one that is asked for."""
 
@@ -95,9 +65,12 @@ class Rule:
     ranks: tuple[int, int, int]  # of the draws whose critical values are the ends and the value
 
     @classmethod
-    def of(cls, probability: float, confidence: float, draws: int) -> Rule:
-        """By what is asked."""
+    def of(cls, probability: float, confidence: float, draws: int | None) -> Rule:
+        """By what is asked; None: as many draws as both ends of the interval need."""
         lost, alpha = 1.0 - probability, (1.0 - confidence) / 2.0
+        if draws is None:
+            enough = log(alpha / SPARE) / log(max(lost, probability))
+            draws = int(min(max(DRAWS, np.ceil(enough)), MOST))
         law = stats.binom(draws, lost)
         counts = np.arange(draws + 1)
         plausible = counts[(law.cdf(counts) > alpha) & (law.sf(counts - 1) > alpha)]
@@ -140,6 +113,24 @@ class Asking:
             return None
         return np.array([known[int(j)] for j in draws])
 
+    def turns(self) -> bool:
+        """Whether some draw is lost and holds at a larger value, and some the other way round."""
+        last: dict[int, float] = {}
+        changes: set[tuple[float, float]] = set()
+        for u in sorted(self.known):
+            changes |= {(last.get(j, x), x) for j, x in self.known[u].items()}
+            last |= self.known[u]
+        return (0.0, 1.0) in changes and (1.0, 0.0) in changes
+
+    def side(self, u: float, alpha: float) -> int:
+        """1 where the probability of all draws is larger for sure, -1 where it is less, else 0."""
+        found = self.outcomes(u, np.arange(self.rule.draws))
+        if found is None:
+            return 0
+        lost, kept = int((found == 0.0).sum()), int((~np.isnan(found)).sum())
+        few, many = (test(lost, kept, alpha) for test in (self.rule.is_few, self.rule.is_many))
+        return int(few) - int(many)
+
     def _run(self, u: float, draws: Sequence[int]) -> bool:
         for found in self.run(self.scale.value(u), draws):
             if found is None:
@@ -163,29 +154,38 @@ class Asking:
 def crossings(asking: Asking, tolerance: float, limit: Limit) -> list[Part]:
     """The parts of the range, each searched for where it crosses; raises TimeoutError or Cancelled
     if not even the first values were tried."""
-    pilot = [asking.outcomes(u, np.arange(PILOT)) for u in np.linspace(0, 1, GRID)]
-    if any(one is None for one in pilot):
-        limit.require("the first values were tried")
-    shares = [float(np.nanmean(one)) for one in pilot if one is not None]
-    return [Part(asking, tolerance, *ends) for ends in _segments(shares)]
+    for k, u in enumerate(FIRST):
+        if asking.outcomes(u, np.arange(FEW if k % BETWEEN else PILOT)) is None:
+            limit.require("the first values were tried")
+    return [Part(asking, tolerance, *ends) for ends in _segments(asking)]
 
 
-def _segments(shares: Sequence[float]) -> list[tuple[float, float]]:
-    """From a number on the scale where most holds to one where most is lost, of each change between
-    held and lost in the first values; one of the whole range if there is at most one."""
-    numbers = np.linspace(0.0, 1.0, len(shares)).tolist()
-    holds = [one > 0.5 for one in shares]
-    if sum(a != b for a, b in pairwise(holds)) <= 1:
-        return [(0.0, 1.0)] if shares[0] >= shares[-1] else [(1.0, 0.0)]
-    runs: list[list[int]] = []
-    for k, one in enumerate(holds):
-        if runs and holds[runs[-1][0]] == one:
-            runs[-1].append(k)
-        else:
-            runs.append([k])
-    peaks = [(max if holds[run[0]] else min)(run, key=shares.__getitem__) for run in runs]
-    ends = [(a, b) if holds[a] else (b, a) for a, b in pairwise(peaks)]
-    return [(numbers[a], numbers[b]) for a, b in ends]
+def _segments(asking: Asking) -> list[tuple[float, float]]:
+    """From a number on the scale where enough holds to one where too much is lost, of each change
+    in the first values; one of the whole range if there is at most one."""
+    shares = {u: float(np.nanmean(list(asking.known[u].values()))) for u in FIRST}
+    if asking.turns():
+        runs = _runs({u: share < 1.0 - asking.rule.lost for u, share in shares.items()})
+        alpha = asking.rule.alpha / (2.0 * len(runs))
+        sides = {u: asking.side(u, alpha) for u in (_clearest(*run, shares) for run in runs)}
+        runs = _runs({u: side < 0 for u, side in sides.items() if side})
+        if len(runs) > 1:
+            ends = [(one[-1], other[0], lost) for (lost, one), (_, other) in pairwise(runs)]
+            return [(b, a) if lost else (a, b) for a, b, lost in ends]
+    return [(0.0, 1.0)] if shares[0.0] >= shares[1.0] else [(1.0, 0.0)]
+
+
+def _runs(marks: dict[float, bool]) -> list[tuple[bool, list[float]]]:
+    """Numbers that follow each other with the same mark."""
+    return [(mark, list(run)) for mark, run in groupby(marks, key=marks.__getitem__)]
+
+
+def _clearest(lost: bool, run: list[float], shares: dict[float, float]) -> float:
+    """The first value at which most holds, or is lost: the farthest from others among alike."""
+    best = (min if lost else max)(shares[u] for u in run)
+    alike = [u for u in run if shares[u] == best]
+    place = 0 if run[0] == 0.0 else -1 if run[-1] == 1.0 else len(alike) // 2
+    return alike[place]
 
 
 @dataclass(frozen=True)
@@ -211,6 +211,8 @@ class Part:
         for u, outcomes in asking.known.items():
             if min(easy, hard) <= u <= max(easy, hard):
                 self._see((u - easy) / (hard - easy), outcomes)
+        # A draw that is lost and holds at a harder value: then no outcome follows from another one.
+        self._follow = not bool((self._held > self._lost).any())
         self.crossing = self._found()
 
     def _none(self, value: float) -> NDArray[np.float64]:
@@ -219,33 +221,43 @@ class Part:
 
     def _found(self) -> Crossing:
         """Where the probability is the one that is asked for."""
-        self._narrow()
+        if self._follow:
+            self._narrow()
         ends = [self._bracket(rank) for rank in self._rule.ranks]
         low, value, high = ends[0][0], sum(ends[1]) / 2.0, ends[2][1]
-        monotone = None if self._asking.stopped else not self._surprised(low, high)
-        if monotone is False:
+        low, high = min(low, value), max(high, value)
+        monotone = self._follow and not self._surprised(low, high)
+        if self._asking.stopped:
+            monotone = None if self._follow else False
+        elif not monotone:
             low = self._moved(low, -max(STEP, value - low), self._rule.is_few)
             high = self._moved(high, max(STEP, high - value), self._rule.is_many)
+            if abs(self._hard - self._easy) == 1.0 and not np.isfinite([low, high]).all():
+                value = nan  # nothing says that it crosses
         return self._told(low, value, high, monotone)
 
     def table(self) -> list[tuple[float, float, float]]:
         """As the rows of CriticalValue.outcomes."""
-        known = {(n - self._easy) / (self._hard - self._easy): n for n in self._asking.known}
-        return [
-            (
-                self._asking.scale.value(number),
-                float((self._held >= u - ALMOST).mean()),
-                float((self._lost > u + ALMOST).mean()),
-            )
-            for u, number in known.items()
-            if 0.0 <= u <= 1.0
-        ]
+        rows: list[tuple[float, float, float]] = []
+        for number, asked in self._asking.known.items():
+            u = (number - self._easy) / (self._hard - self._easy)
+            least, most = self._held >= u - ALMOST, self._lost > u + ALMOST
+            if not self._follow:
+                asked_now = np.array([asked.get(j, nan) for j in range(self._rule.draws)])
+                least, most = asked_now == 1.0, asked_now != 0.0
+            if 0.0 <= u <= 1.0:
+                value = self._asking.scale.value(number)
+                rows.append((value, float(least.mean()), float(most.mean())))
+        return rows
 
     def _told(self, low: float, value: float, high: float, monotone: bool | None) -> Crossing:
         """With the ends in the range, and what is true of all of it."""
         few, _, many = self._rule.ranks
         everywhere = self._lost_at.get(1.0, self._rule.draws) < few
         nowhere = self._lost_at.get(0.0, 0) >= many
+        if not self._follow and (everywhere or nowhere):
+            each = [self._count(u) or 0 for u in np.linspace(0.0, 1.0, GRID).tolist()]
+            everywhere, nowhere = everywhere and max(each) < few, nowhere and min(each) >= many
         side = "below" if self._easy < self._hard else "above"
         if not np.isfinite(value):
             value, side = nan, "unknown"
@@ -256,7 +268,7 @@ class Part:
         return Crossing(self._value(value), min(told), max(told), side, monotone)
 
     def _value(self, u: float) -> float:
-        return u if isnan(u) else self._asking.scale.value(self._number(u))
+        return u if isnan(u) else self._asking.scale.value(float(self._number(u)))
 
     def _number(self, u: float) -> float:
         return self._easy + u * (self._hard - self._easy)
@@ -272,7 +284,8 @@ class Part:
 
     def _ask(self, u: float, draws: NDArray[np.int64]) -> bool:
         """Asks those draws whose outcome does not follow; False if the limit came."""
-        open_ = draws[(self._held[draws] < u) & (self._lost[draws] > u)]
+        is_open = (self._held[draws] < u) & (self._lost[draws] > u)
+        open_ = draws[is_open] if self._follow else draws
         open_ = open_[~self._asking.diverged[open_]]
         if not len(open_):
             return True
@@ -286,16 +299,20 @@ class Part:
         while True:
             pilot = np.flatnonzero(~self._asking.diverged[:PILOT])
             held, lost = self._held[pilot], self._lost[pilot]
-            first = np.argsort(lost, kind="stable")[: PILOT // 4]
-            j = first[np.argmax(np.where(np.isfinite(lost[first]), (lost - held)[first], 0.0))]
-            alike = bool((lost == lost[0]).all() and (held == held[0]).all())
-            enough = self._width(held[j], lost[j]) <= (self._tolerance if alike else COARSE)
-            if enough or not np.isfinite([held[j], lost[j]]).all():
+            low, high, enough = float(held.max()), float(lost.min()), self._tolerance
+            if low >= high:  # they differ
+                first = np.argsort(lost, kind="stable")[: PILOT // 4]
+                wide = np.where(np.isfinite(lost[first]), (lost - held)[first], 0.0)
+                j = first[np.argmax(wide)]
+                low, high, enough = float(held[j]), float(lost[j]), COARSE
+            if not np.isfinite([low, high]).all() or self._width(low, high) <= enough:
                 break
-            if not self._ask((held[j] + lost[j]) / 2.0, pilot):
+            if not self._ask((low + high) / 2.0, pilot):
                 break
 
     def _width(self, u: float, other: float) -> float:
+        if abs(u - other) <= ALMOST:
+            return 0.0
         return self._asking.scale.apart(self._number(u), self._number(other))
 
     def _count(self, u: float) -> int | None:
@@ -303,7 +320,9 @@ class Part:
         every = np.arange(self._rule.draws)
         if not self._ask(u, every):
             return None
-        self._lost_at[u] = int((self._lost <= u).sum())
+        asked = self._asking.known.get(float(self._number(u)), {})
+        follows, lost = self._lost <= u, sum(asked.get(j) == 0.0 for j in range(len(every)))
+        self._lost_at[u] = int(follows.sum()) if self._follow else lost
         return self._lost_at[u]
 
     def _bracket(self, rank: int) -> tuple[float, float]:
@@ -311,8 +330,9 @@ class Part:
         lost; infinite where it lies beyond the range."""
         if rank == 0:
             return -np.inf, -np.inf
-        low = max((u for u, lost in self._lost_at.items() if lost < rank), default=-np.inf)
         high = min((u for u, lost in self._lost_at.items() if lost >= rank), default=np.inf)
+        few = (u for u, lost in self._lost_at.items() if lost < rank and u < high)
+        low = max(few, default=-np.inf)
         while low < 1.0 and high > 0.0 and self._width(low, high) > self._tolerance:
             lost = self._count(u := self._between(low, high, rank))
             if lost is None:
@@ -324,9 +344,8 @@ class Part:
 
     def _between(self, low: float, high: float, rank: int) -> float:
         """The next value: one at which the first draws say on which side it is, or the middle."""
-        tried: set[float] = {
-            u for u in (*self._held[:PILOT], *self._lost[:PILOT]) if low < u < high
-        }
+        seen = (*self._held[:PILOT], *self._lost[:PILOT]) if self._follow else ()
+        tried: set[float] = {u for u in seen if low < u < high}
         share, pilot = rank / self._rule.draws, self._lost[:PILOT]
         if high == np.inf:
             many = [u for u in tried if float((pilot <= u).mean()) > share]

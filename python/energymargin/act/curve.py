@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Cancelled, Problem
 from energymargin.act.critical import CriticalValue, Progress, critical_value, going_on
-from energymargin.act.crossing import Scale
+from energymargin.act.scale import Scale
 from energymargin.base.checks import function_of, share, shown, whole_number
 from energymargin.base.limits import Limit
 from energymargin.base.reprs import Record

@@ -122,6 +122,13 @@ def one_of(name: str, value: str, choices: Sequence[str]) -> str:
     raise ValueError(f"{name} is {value!r}, expected {' or '.join(map(repr, choices))}")
 
 
+def names_of(name: str, value: Sequence[str]) -> Sequence[str]:
+    """`value`, if it is no single name; else a ValueError with `name`."""
+    if isinstance(value, str):
+        raise ValueError(f"{name} is {value!r}, expected a list of names: [{value!r}]")
+    return value
+
+
 def check_type(name: str, value: object, kind: Any, expected: str) -> None:
     """Raises a ValueError with `name` unless the value is of this kind, a type or several."""
     if not isinstance(value, kind):

@@ -137,6 +137,7 @@ def arguments_as_options(options: Mapping[str, str]) -> Iterator[None]:
 
 def chosen_hand(text: str) -> Hand:
     """The hand of --hand. Raises ValueError on what is none."""
+    from energymargin import Pad
     from energymargin.grasps import FRAMES, HANDS, HandFile, ParallelGripper
 
     if text in HANDS:
@@ -145,7 +146,11 @@ def chosen_hand(text: str) -> Hand:
     if "path" in given:
         if isinstance(given.get("frame"), str):
             given["frame"] = FRAMES[one_of("--hand frame", given["frame"], tuple(FRAMES))]
+        for link, pad in given.get("pads", {}).items():
+            given["pads"][link] = _with("--hand pads", Pad, pad)
         return _with("--hand", HandFile, given)
+    if given.get("pads"):
+        given["pads"] = _with("--hand pads", Pad, given["pads"])
     return _with("--hand", ParallelGripper, given, _preset("--hand", given, HANDS))
 
 

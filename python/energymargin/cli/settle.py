@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -106,9 +107,16 @@ def _start(
         scene = scenes.from_urdf(file, base=base, ignore=ignore)
     elif suffix == ".xml":
         frame = int(keyframe) if keyframe and keyframe.isdecimal() else keyframe
-        scene = scenes.from_mjcf(file, keyframe=frame, ignore=ignore)
+        try:
+            scene = scenes.from_mjcf(file, keyframe=frame, ignore=ignore)
+        except ValueError as error:  # which names the argument of Python
+            raise ValueError(re.sub(r"ignore=\(.*?\)", _as_options, str(error))) from error
     else:
         raise ValueError(f"FILE is {file}, expected .xml of MuJoCo, .urdf, or .json of a problem")
     if ground is not None:
         scene.add_plane("ground", offset=ground, friction=1.0)
     return scene, state
+
+
+def _as_options(names: re.Match[str]) -> str:
+    return " ".join(f"--ignore {name}" for name in re.findall(r"'([^']*)'", names[0]))

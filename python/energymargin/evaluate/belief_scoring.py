@@ -23,7 +23,7 @@ from energymargin.evaluate.asking import ask
 from energymargin.evaluate.belief_scores import BeliefScore, BeliefScores
 from energymargin.evaluate.divergence import ANY, too_many_diverged
 from energymargin.evaluate.executors.choice import Executor
-from energymargin.evaluate.executors.rows import Row, Work, score_chunk
+from energymargin.evaluate.executors.rows import Row, Work, counts, score_chunk
 from energymargin.evaluate.scoring import ScoreError
 from energymargin.evaluate.searches import (
     LooseSettings,
@@ -146,11 +146,7 @@ class BeliefWork:
             particles={metric: score.values for metric, score in scores.items()},
             times={metric: score.seconds for metric, score in scores.items()},
             curves={metric: s.curve for metric, s in scores.items() if s.curve is not None},
-            steps=sum(row.steps for row in rows),
-            unconverged=sum(row.unconverged for row in rows),
-            lost_time=sum(row.lost_time for row in rows),
-            diverged=sum(row.diverged for row in rows),
-            warnings=tuple(dict.fromkeys(text for row in rows for text in row.warnings)),
+            **counts(rows),
         )
 
 

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 MOST_INDEX = 2**63 - 1  # of a problem's stream, as a table and a store hold it
+FEW = 16  # problems below which workers share the searches of each: else some would be idle
 
 
 def score(
@@ -87,14 +88,16 @@ def score(
         done.extend(good)
         if on_rows is not None and good:
             on_rows(good)
+        if progress is not None:
+            progress(len(done) + len(errors), len(work))
 
     numbers = _indices(indices, len(problems))
     work = [Work(n, one, tuple(metrics)) for n, one in zip(numbers, problems, strict=True)]
     try:
         complete = ask(
             *([work], partial(score_chunk, settings), note),
-            total=len(work),
-            progress=progress,
+            split=Work.searches if len(work) < FEW else None,
+            join=Work.row if len(work) < FEW else None,
             threads=threads,
             executor=executor,
             **limit.rest(),

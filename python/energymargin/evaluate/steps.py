@@ -129,6 +129,7 @@ def longest_step(
         rollouts=rollouts,
         seed=seed,
         threads=threads,
+        drawn_step=None if callable(disturbance) else next(iter(steps)),
         warn=False,
         undisturbed=False,
         most_diverged=ANY,

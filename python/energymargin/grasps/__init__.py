@@ -9,6 +9,7 @@ from energymargin.grasps.files import SUFFIXES, read, write
 from energymargin.grasps.frames import FRAMES
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet, ObjectFacts, Source
+from energymargin.grasps.gripping import Grip, grip
 from energymargin.grasps.hands import PRESETS as HANDS, Hand, HandFile, ParallelGripper
 from energymargin.grasps.limits import GraspLimits, limits
 from energymargin.grasps.protocols import PRESETS as PROTOCOLS, Motion, Protocol
@@ -31,6 +32,7 @@ __all__ = [
     "GraspObject",
     "GraspScores",
     "GraspSet",
+    "Grip",
     "Hand",
     "HandFile",
     "Motion",
@@ -42,6 +44,7 @@ __all__ = [
     "baselines",
     "calibrate",
     "compare",
+    "grip",
     "limits",
     "read",
     "recalibrate",

@@ -10,17 +10,24 @@ import hashlib
 import json
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin import Box, Compound, Mimic, Part, Scene, Surface
-from energymargin.base.checks import not_negative_number, numbers_of, one_of, positive_number
+from energymargin import Box, Compound, Mimic, Pad, Part, Scene, Surface
+from energymargin.base.checks import (
+    check_type,
+    not_negative_number,
+    numbers_of,
+    one_of,
+    positive_number,
+)
 from energymargin.grasps.grasp_set import check_poses
 
+SOFT = Pad()
 SQUEEZE = 1e-3  # m; how far beyond the object the target is when the drive gives its full force
 
 
@@ -76,6 +83,7 @@ class ParallelGripper(Hand):
         friction: coefficient of the fingers; that of a contact is its product with the object's.
         torsional_friction: of the pads [m], as of `em.Surface`: soft ones resist a turn about the
             line between them.
+        pads: how soft the fingers are, under the force of the grip; None: rigid.
         tip: how far the fingers reach beyond the grasp frame, along the approach [m]; None: half
             the pad's length, so that the frame is midway between the pads.
         finger: length of the fingers, from their tips to the palm [m].
@@ -94,6 +102,7 @@ class ParallelGripper(Hand):
     force: float = 20.0
     friction: float = 1.0
     torsional_friction: float = 0.0
+    pads: Pad | None = SOFT
     tip: float | None = None
     finger: float = 0.045
     thickness: float = 0.01
@@ -111,6 +120,8 @@ class ParallelGripper(Hand):
             positive_number(name, getattr(self, name))
         for name in ("friction", "torsional_friction"):
             not_negative_number(name, getattr(self, name))
+        if self.pads is not None:
+            check_type("pads", self.pads, Pad, "an em.Pad, or None")
         if self.opening > 1:
             raise ValueError(
                 f"opening is {self.opening:g} m, expected at most 1 m: lengths are in metres"
@@ -139,6 +150,8 @@ class ParallelGripper(Hand):
         rough: dict[str, Any] = {"friction": self.friction, "role": "effector"}
         scene.add_body("hand", palm, mass=1.0, kinematic=True, **rough)
         soft = Surface(torsional_friction=self.torsional_friction)
+        if self.pads is not None:
+            soft = replace(self.pads, load=force).surface(soft, most=min(self.pad) / 2)
         start = min(wide, self.opening) / 2
         # The drive's force beyond SQUEEZE, damped critically with the masses of what it moves.
         limit, moved = (2 * force, 2 * self.mass) if self.coupled else (force, self.mass)
@@ -171,7 +184,8 @@ class ParallelGripper(Hand):
     @property
     def text(self) -> dict[str, Any]:
         """As Hand.text."""
-        return asdict(self)
+        rigid = {"pads"} if self.pads is None else set()
+        return {name: one for name, one in asdict(self).items() if name not in rigid}
 
 
 XML_OF_MUJOCO = b"<mujoco"
@@ -189,6 +203,7 @@ class HandFile(Hand):
         frame: the grasp frame in the frame of the root, (4, 4): its origin is midway between
             the centres of the pads, z is the approach, and the fingers open along x.
         closing: time from open to closed [s].
+        pads: soft pads of links, by name; others are rigid.
         options: keywords of `em.scenes.from_urdf` or `from_mjcf`, as subtree and joints: drives of
             the joints of `close` that the file does not have.
 
@@ -201,6 +216,7 @@ class HandFile(Hand):
     fingers: Sequence[str]
     frame: ArrayLike = field(default_factory=lambda: np.eye(4))
     closing: float = 1.0
+    pads: Mapping[str, Pad] = field(default_factory=dict)
     options: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -252,6 +268,7 @@ class HandFile(Hand):
     @property
     def text(self) -> dict[str, Any]:
         """As Hand.text."""
+        pads = {link: asdict(pad) for link, pad in self.pads.items()}
         return {
             "file": hashlib.sha256(Path(self.path).read_bytes()).hexdigest(),
             "close": {name: list(map(float, ends)) for name, ends in self.close.items()},
@@ -259,7 +276,7 @@ class HandFile(Hand):
             "frame": self._frame.tolist(),
             "closing": self.closing,
             "options": json.loads(json.dumps(dict(self.options), default=repr)),
-        }
+        } | ({"pads": pads} if pads else {})
 
     @property
     def _frame(self) -> NDArray[np.float64]:
@@ -273,7 +290,7 @@ class HandFile(Hand):
         from energymargin import scenes
 
         where: dict[str, Any] = {"position": (0, 0, 0), "orientation": (0, 0, 0, 1)}
-        given = where | {"base": "kinematic"} | dict(self.options)
+        given = where | {"base": "kinematic", "pads": self.pads} | dict(self.options)
         if not self._is_mjcf:
             own = given.get("joints", {})
             given["joints"] = own | {

@@ -23,6 +23,7 @@ from energymargin.mujoco.mjcf_bodies import Bodies, add, rigid
 START = "start"  # the keyframe's name
 TOLERANCE = 1e-8  # of the solver
 CONTACT_STEPS = 2  # time constant of a contact; MuJoCo makes a shorter one so long
+OF_DISC = 2 / 3  # mean distance from the middle of a disc, by its radius: of a patch
 IMPRATIO = 100  # how much stiffer friction is than contacts: at MuJoCo's own 1, what sticks creeps
 
 
@@ -119,7 +120,8 @@ def _add_contacts(scene: em.Scene, bodies: Bodies, contacts: xml.Element, step: 
         if frozenset((a, b)) in apart or bases[a] == bases[b]:
             continue
         slides, surface = scene.contact_friction(a, b), scene.contact_surface(a, b)
-        torsional, rolling = surface.torsional_friction, surface.rolling_friction
+        of_patch = slides * OF_DISC * surface.patch_radius
+        torsional, rolling = max(surface.torsional_friction, of_patch), surface.rolling_friction
         law = {
             "condim": "6" if rolling else "4" if torsional else "3",
             "friction": (slides, slides, torsional, rolling, rolling),

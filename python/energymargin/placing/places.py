@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import ConvexHull, QhullError
 from scipy.spatial.transform import Rotation
 
-from energymargin import Cancel, Cancelled, Plan, Problem, Scene, World, rank, scenes
+from energymargin import Cancel, Cancelled, Plan, Plane, Problem, Scene, World, rank, scenes
 from energymargin.actions import Ranking, Standing
 from energymargin.base import checks
 from energymargin.base.limits import Limit
@@ -37,6 +37,8 @@ DROP = 0.02  # m, by which a thing is lowered at most onto a top that is not fla
 ABOVE = 1e-3  # m, from where it is lowered
 HOLD = 0.1  # s
 DURING = 1.0  # s
+ROUNDED = 1e-3  # of a pose that is written with few digits
+MOST = 10_000  # places of a grid on a top
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -184,9 +186,16 @@ def placements(
     start = np.array(scene.pack() if state is None else state, float)
     room = _Room(scene, body, start)
     if poses is None:
-        for name in on:
+        solid = {one.name for one in scene.bodies if not isinstance(one.shape, Plane)}
+        for name in checks.names_of("on", on):
             checks.one_of("on", name, [one.name for one in scene.bodies if one.name != body])
-        asked = room.grid(on, checks.positive_number("spacing", spacing), yaws)
+            if name not in solid:
+                raise ValueError(f"on is {name!r}, a plane without an end: give poses, or a box")
+        if len(yaws) == 0:
+            raise ValueError("yaws is empty, expected one turn at least, such as 0")
+        asked = room.grid(
+            list(dict.fromkeys(on)), checks.positive_number("spacing", spacing), yaws, limit
+        )
     else:
         asked = _named(poses)
     place = checks.positive_number("radius", radius), checks.positive_number("angle", angle)
@@ -320,7 +329,9 @@ class _Room:
         nearest = min(distances, key=distances.__getitem__)
         return nearest if distances[nearest] < -INSIDE else None
 
-    def grid(self, on: Sequence[str], spacing: float, yaws: Sequence[float]) -> dict[str, Floats]:
+    def grid(
+        self, on: Sequence[str], spacing: float, yaws: Sequence[float], limit: Limit
+    ) -> dict[str, Floats]:
         """Candidates on the tops of supports, by name, the farthest from edges first: it counts if
         several stay alike. Raises ValueError if there is no top."""
         found: list[tuple[float, str, Floats]] = []
@@ -329,6 +340,7 @@ class _Room:
         for number, (name, top, yaw) in enumerate(spots):
             turn = Rotation.from_rotvec(yaw * self._frame[2]) * turned
             for margin, place in _points_in(top, self._frame, spacing):
+                limit.require("the candidates were looked at")
                 pose = self._standing(turn, place)
                 x, y, z = pose[:3, 3]
                 found.append((margin, f"{name}.{number} ({x:.3f}, {y:.3f}, {z:.3f})", pose))
@@ -375,6 +387,11 @@ def _points_in(top: Floats, frame: Floats, spacing: float) -> list[tuple[float, 
     except (QhullError, ValueError):
         return []
     low, high = flat.min(axis=0), flat.max(axis=0)
+    if (count := float(np.prod(1.0 + (high - low) / spacing))) > MOST:
+        raise ValueError(
+            f"spacing is {spacing:g}, expected a larger one: it makes {count:.0f} candidates of a "
+            f"top, more than {MOST}"
+        )
     ways = [np.arange(0.0, (b - a) / 2 + 1e-9, spacing) for a, b in zip(low, high, strict=True)]
     sides = [np.unique(np.concatenate([-way, way])) for way in ways]
     points = 0.5 * (low + high) + np.stack(np.meshgrid(*sides, indexing="ij"), -1).reshape(-1, 2)
@@ -388,4 +405,11 @@ def _named(poses: Mapping[str, ArrayLike] | ArrayLike) -> dict[str, Floats]:
     given: Any = poses
     items = given.items() if isinstance(given, Mapping) else enumerate(given)
     expected = "poses (4, 4), a dict of them by name, or (n, 4, 4)"
-    return {str(name): checks.numbers_of("poses", pose, expected, (4, 4)) for name, pose in items}
+    found = {str(name): checks.numbers_of("poses", pose, expected, (4, 4)) for name, pose in items}
+    for name, pose in found.items():
+        turn = pose[:3, :3]
+        skew = np.abs(turn @ turn.T - np.eye(3)).max() + np.abs(pose[3] - [0, 0, 0, 1]).max()
+        if skew > ROUNDED or np.linalg.det(turn) < 0:
+            said = "a rotation and a place, with the last row 0, 0, 0, 1, and a scale of 1"
+            raise ValueError(f"poses[{name!r}] is {checks.shown(pose)}, expected {said}")
+    return found

@@ -95,6 +95,10 @@ class Pushes:
             found, left = found + new, left + new
         return tuple(name for name in found if name in self.names)
 
+    def ways(self, body: str) -> Floats:
+        """Directions across the edges that a body stands on, horizontal unit vectors (N, 3)."""
+        return self._directions(self._area(body)) if self._points[body] else np.zeros((0, 3))
+
     def least(self, body: str) -> Push:
         """The least push that makes a body fall. Raises TimeoutError or Cancelled."""
         best = Push(body, np.inf, "", (0.0, 0.0, 0.0), ())

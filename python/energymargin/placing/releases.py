@@ -9,12 +9,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from energymargin import Plan, Scene, World, scenes
-from energymargin.base import checks
-from energymargin.grasps import GraspObject, Hand, Protocol
-from energymargin.grasps.hands import preset
-from energymargin.grasps.outcomes import NO_GRIP, Grasp
-from energymargin.grasps.protocols import protocol_of
-from energymargin.grasps.trials import GraspTrials
+from energymargin.grasps import GraspObject, Hand, Protocol, grip
 from energymargin.placing.boxes import Floats
 
 INSIDE = 1e-4  # m; a hand that is deeper in something has no room
@@ -29,24 +24,13 @@ class Release:
         """`grasp`: the grasp frame in the body's frame, (4, 4). Raises ValueError if the hand does
         not close on the body there, and on names that the scene has already."""
         own = next(one for one in scene.bodies if one.name == body)
-        facts = {name: getattr(own, name) for name in ("mass", "friction", "inertial")}
-        self._hand = preset(hand) if isinstance(hand, str) else hand
-        self._protocol, self._body, self._old = protocol_of(protocol), body, scene
-        thing = GraspObject(own.shape, **facts)
-        trials = GraspTrials(self._hand, thing, self._protocol, step=scene.step)
-        pose = checks.numbers_of("grasp", grasp, "a pose (4, 4) of the hand", (4, 4))
-        closed = trials.grip(Grasp(0, pose, np.nan, np.eye(4)), trials.draw(-1))
-        if closed.ending:
-            raise ValueError(f"grasp is one whose hand {NO_GRIP[closed.ending]}")
-        there, _ = trials.scene(np.nan, trials.draw(-1), gravity=False)
-        object_pose = scenes.pose(*_place(there, closed.state, "object"))
-        self._base = np.linalg.inv(object_pose) @ closed.base  # in the body's frame
-        moving = [j.name for j in there.joints if j.type != "fixed" and j.mimic is None]
-        joints = there.unpack(closed.state)["joints"]
-        self._joints = {name: joints[name]["position"] for name in moving}
+        thing = GraspObject(own.shape, own.mass, own.friction, own.inertial)
+        self._grip = grip(hand, thing, grasp, protocol, step=scene.step)
+        self._body, self._old = body, scene
         self.scene = scene.with_body(body)  # a copy
         """With the hand."""
-        self.fitted = self._hand.add_to(self.scene, force=self._hand.force, opening=np.nan)
+        held = self._grip.hand
+        self.fitted = held.add_to(self.scene, force=held.force, opening=np.nan)
         self._world = World(self.scene)
 
     def begin(
@@ -69,9 +53,9 @@ class Release:
             if joint.type != "fixed" and joint.mimic is None:
                 at = self.scene.joint_slice(joint.name)
                 found[at] = state[self._old.joint_slice(joint.name)]
-        for name, position in self._joints.items():
+        for name, position in self._grip.joints.items():
             found[self.scene.joint_slice(name)] = position, 0.0
-        base = scenes.pose(*_place(self._old, state, self._body)) @ self._base
+        base = scenes.pose(*_place(self._old, state, self._body)) @ self._grip.base
         row = found[self.scene.slice(self.fitted.base)]
         row[:3], row[3:7], row[7:] = base[:3, 3], quaternion(base[:3, :3]), 0.0
         return np.asarray(found)
@@ -80,9 +64,9 @@ class Release:
         """What the hand does from a state on, and `after` [s] it has let go."""
         step = self.scene.step
         base = scenes.pose(*_place(self.scene, state, self.fitted.base))
-        rows = self._protocol.rows((base @ self.fitted.frame)[:3, :3], step)
+        rows = self._grip.protocol.rows((base @ self.fitted.frame)[:3, :3], step)
         still = np.zeros((max(round(after / step), 1), 6))
-        shares = np.append(self._protocol.shares(step), np.ones(len(still)))
+        shares = np.append(self._grip.protocol.shares(step), np.ones(len(still)))
         targets = {
             name: shut + shares * (open_ - shut)
             for name, (open_, shut) in self.fitted.targets.items()

@@ -34,6 +34,7 @@ GRAVITY = 9.81  # m/s^2
 WATER = 1000.0  # kg/m^3
 FLAT = 1e-9  # 1 - cosine of the angle between faces that are one
 EDGE = 1e-9  # of the body's reach; so far outside of a face its foot still counts as within
+ALIKE = 1e-6  # of the reach; passes of such heights are taken alike often
 ROLLED = np.radians(30.0)
 ROCKING = 2e-3  # of the reach; a body that moves less within REST is at rest after a drop
 REST, LONGEST = 0.15, 5.0  # s
@@ -176,7 +177,7 @@ def resting_poses(
     poses = tuple(
         RestingPose(
             faces.pose(one.lowest, center),
-            float(faces.shares[one.faces].sum()),
+            one.share,
             float(faces.heights[one.lowest]),
             faces.largest_tilt(one),
             {other: mass * GRAVITY * rise for other, rise in works[k].items()},
@@ -192,6 +193,8 @@ class Basin:
     """A pose, and the faces from which the body comes to it."""
 
     lowest: int
+    share: float
+    """Of the directions from which the body comes to it."""
     faces: list[int] = field(default_factory=list)
 
 
@@ -214,6 +217,8 @@ class Faces:
         _, own = connected_components(pairs, directed=False)
         first = np.unique(own, return_index=True)[1]
         self.normals, self.heights = normals[first], -hull.equations[first, 3]
+        if self.heights.min() <= 0.0:
+            raise ValueError("inertial has its centre outside of the hull, expected one inside")
         corners = points[hull.simplices]
         self.shares = np.bincount(own, _solid_angles(corners)) / (4.0 * np.pi)
         self._edges(hull, own, points)
@@ -258,21 +263,37 @@ class Faces:
             if (target[target] == target).all():
                 break
             target = target[target]
-        parent = target.copy()
+        parent, share = target.copy(), np.bincount(target, self.shares, len(target))
         lowest = {int(k): int(k) for k in set(target.tolist())}
-        for e in np.argsort(self.peaks, kind="stable"):
+        order = np.argsort(self.peaks, kind="stable")
+        until = np.searchsorted(self.peaks[order], self.peaks[order] + ALIKE * self.reach)
+        for place, e in enumerate(order):
             a, b = _root(parent, int(self.one[e])), _root(parent, int(self.other[e]))
             if a == b:
                 continue
             low, high = sorted((a, b), key=lambda k: (self.heights[lowest[k]], k))
             if self.peaks[e] - self.heights[lowest[high]] < merge * self.reach:
+                sides = np.stack([self.one, self.other])[:, order[place : until[place]]].T
+                alike = [{_root(parent, int(k)) for k in ends} for ends in sides]
+                ways = set[int]().union(*(ends for ends in alike if high in ends)) - {high}
+                share[list(ways)] += share[high] / len(ways)
                 parent[high] = low
         found: dict[int, Basin] = {}
         for k in range(len(target)):
-            root = _root(parent, k)
-            found.setdefault(root, Basin(lowest[root])).faces.append(k)
-        stays = [one for one in found.values() if self.largest_tilt(one) >= slope]
-        return sorted(stays, key=lambda one: -self.shares[one.faces].sum())
+            basin = Basin(lowest[root := _root(parent, k)], float(share[root]))
+            found.setdefault(root, basin).faces.append(k)
+        return sorted(self._staying([*found.values()], slope), key=lambda one: -one.share)
+
+    def _staying(self, basins: list[Basin], slope: float) -> list[Basin]:
+        """Those that stay on a slope; from the others the body goes on over the lowest edges."""
+        stays = [self.largest_tilt(one) >= slope for one in basins]
+        ways = [next(iter(works), k) for k, works in enumerate(self.works(basins))]
+        for k in np.flatnonzero(~np.array(stays)):
+            end = ways[k]
+            for _ in basins:
+                end = end if stays[end] else ways[end]
+            basins[end].share += basins[k].share
+        return [one for one, stay in zip(basins, stays, strict=True) if stay]
 
     def works(self, basins: list[Basin]) -> list[dict[int, float]]:
         """By pose, the rise [m] on the way straight to each other one."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -18,6 +19,7 @@ from energymargin.summary import Summarized
 
 LOOKS = 10  # within the time for which nothing may move
 DEEP = 1e-4  # m; overlaps that are told
+GAIN, FAINT = 2.1, 1e-6  # ways of a body that begins to fall: of a window and its first half; m
 
 
 @dataclass(frozen=True)
@@ -117,7 +119,8 @@ def settle(
 ) -> Settled:
     """Let a scene come to rest, and say what moved.
 
-    It ends as soon as no point of any body has moved by more than `still` for the time `during`.
+    It ends as soon as no point of any body has moved by more than `still` for the time `during`,
+    and none gets faster, as a body does that begins to topple.
     Joints keep their drives; bodies that are fixed or kinematic do not count, nor does what has
     fallen out of the scene.
 
@@ -132,13 +135,17 @@ def settle(
         timeout: after so many seconds the state of then counts.
         cancel: the same once it is set.
 
-    Raises ValueError on bad arguments and a scene without gravity, TimeoutError or Cancelled if
+    Raises ValueError on bad arguments, without gravity or a body that can move, TimeoutError or Cancelled if
     nothing was simulated, and DivergedError.
     """
     limit = Limit(timeout, cancel)
     positive_number("tolerance", tolerance)
     for name, value in (("time", time), ("still", still), ("during", during)):
         positive_number(name, value)
+    if time < during:
+        raise ValueError(f"time is {time:g}, expected at least during, {during:g}")
+    if not movable(scene):
+        raise ValueError("scene has no body that can move: is its base meant to be free?")
     start = np.array(scene.pack() if state is None else state, float)
     settling = _Settling(scene, start, still, tolerance)
     every = max(round(during / LOOKS / scene.step), 1)
@@ -162,6 +169,7 @@ class _Settling:
         self._boxes, self._still, self._tolerance = Boxes(scene, self._names), still, tolerance
         self._bottom = lowest(scene, start)
         self._first = self._anchor = self._boxes.at(start)
+        self._looks = deque([self._first], maxlen=LOOKS + 1)
         self._up = up_of(scene)
         count = len(self._names)
         self._since, self._moved_at = np.zeros(count), np.full(count, np.inf)
@@ -178,8 +186,14 @@ class _Settling:
 
     def is_still(self, during: float) -> bool:
         """Whether each body has been at rest for so long, or is out."""
+        return bool((self._rests(during) | self._out).all()) and self.steps > 0
+
+    def _rests(self, during: float) -> NDArray[np.bool_]:
+        """Whether each body has been at rest for so long, and has not begun to move."""
         rest = self._time - self._since >= during - self._scene.step / 2
-        return bool((rest | self._out).all()) and self.steps > 0
+        begun, middle, now = (self._looks[k] for k in (0, len(self._looks) // 2, -1))
+        way = farthest(now, begun)
+        return rest & ~((way > FAINT) & (way > GAIN * farthest(middle, begun)))
 
     def advance(self, steps: int, record: list[int], limit: Limit) -> bool:
         """Simulates so many steps; False if the limit came first."""
@@ -199,6 +213,7 @@ class _Settling:
 
     def _look(self, now: float, state: Floats) -> None:
         corners = self._boxes.at(state)
+        self._looks.append(corners)
         gone = farthest(corners, self._anchor) > self._still
         self._anchor = np.where(gone[:, None, None], corners, self._anchor)
         self._since[gone] = now
@@ -212,7 +227,7 @@ class _Settling:
         here, there = (scenes.body_poses(self._scene, s) for s in (self._start, self.state))
         corners = self._boxes.at(self.state)
         ways = farthest(corners, self._first)
-        rest = self._time - self._since >= during - self._scene.step / 2
+        rest = self._rests(during)
         touching: dict[str, set[str]] = {name: set() for name in self._names}
         for c in self._world.contacts(self.state):
             for one, other in ((c.body_a, c.body_b), (c.body_b, c.body_a)):

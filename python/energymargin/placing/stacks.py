@@ -26,12 +26,14 @@ from energymargin import (
 )
 from energymargin.base import checks
 from energymargin.base.limits import Limit
+from energymargin.base.plausibility import warn
 from energymargin.base.reprs import Record
 from energymargin.base.table_text import csv_text
 from energymargin.disturbances import Uniform
 from energymargin.executors import Executor
 from energymargin.placing.boxes import Floats, frame_of, movable, up_of
 from energymargin.placing.pushes import Push, Pushes
+from energymargin.placing.settling import settle
 from energymargin.summary import Summarized
 
 SUPPORT = {"tilt": ("rad", np.pi / 3), "acceleration": ("m/s^2", 15.0)}
@@ -39,7 +41,7 @@ SUPPORT = {"tilt": ("rad", np.pi / 3), "acceleration": ("m/s^2", 15.0)}
 AZIMUTHS = 8
 SPEEDS = (0.1, 10.0)  # of a plan
 FINE, ROUGH = 0.005, 0.05  # of the range
-QUIET, MANY = 16, 120  # draws of a value without knocks, and with some
+QUIET = 16  # draws of a value without knocks
 HOLD = 0.3  # s, of a knock at most
 
 
@@ -104,8 +106,9 @@ def stack_robustness(
         scene: the bodies. Those with the role "object" are asked about.
         state: at rest, as of `em.settle`, shape (n,); None: as the scene has it.
         bodies: those that are pushed, by name; None: all objects.
-        support: "tilt", "acceleration", or both: how much of it, in the worst of eight directions,
-            until an object leaves its place. () asks for neither.
+        support: "tilt", "acceleration", or both: how much of it, in the worst of eight directions
+            and of those across the edges on which objects stand, until an object leaves its place.
+            () asks for neither.
         plan: of the support, a kinematic body, as a tray that is carried: how many times faster
             may it be played? There the places are those on the support.
         radius: within which, along each axis, the centre of mass of each object stays [m].
@@ -133,16 +136,19 @@ def stack_robustness(
     objects = [body.name for body in scene.bodies if body.role == "object"]
     if not objects:
         raise ValueError("scene has no object, expected role='object' of those that may fall")
-    for name in support:
+    for name in checks.names_of("support", support):
         checks.one_of("support", name, tuple(SUPPORT))
     start = np.array(scene.pack() if state is None else state, float)
     pushing = Pushes(scene, start, limit)
-    asked = [checks.one_of("bodies", body, pushing.names) for body in bodies or ()]
+    given = checks.names_of("bodies", bodies or ())
+    asked = [checks.one_of("bodies", body, pushing.names) for body in given]
     asked = objects if bodies is None else asked
     place = checks.positive_number("radius", radius), checks.positive_number("angle", angle)
     checks.not_negative_number("knock", knock)
     checks.positive_number("horizon", horizon)
-    asking = _Support(scene, start, objects, horizon, place, knock)
+    _check_rest(scene, start, limit)
+    ways = np.concatenate([pushing.ways(body) for body in objects if body in pushing.names])
+    asking = _Support(scene, start, objects, ways, horizon, place, knock)
     carrier = carrier_of(scene, plan)
     pushes: list[Push] = []
     found: dict[str, CriticalValue | None] = dict.fromkeys(SUPPORT)
@@ -174,6 +180,15 @@ def stack_robustness(
     return StackRobustness(scene, start, ranked, *values, complete)
 
 
+def _check_rest(scene: Scene, start: Floats, limit: Limit) -> None:
+    """Warns of bodies that move by themselves."""
+    moves = settle(scene, start, time=1.0, **limit.rest())
+    gone = ", ".join(body.name for body in moves.bodies if np.isfinite(body.moved_at))
+    if gone:
+        told = f"state is not at rest: {gone} moves by itself. Ask from em.settle(...).state."
+        warn([("state", told)], None)
+
+
 @dataclass(frozen=True, eq=False)
 class _Support:
     """Problems in which the support leans or accelerates."""
@@ -181,6 +196,8 @@ class _Support:
     scene: Scene
     state: Floats
     objects: list[str]
+    ways: Floats
+    """Horizontal directions in which it moves, beside eight even ones, (N, 3)."""
     horizon: float
     place: tuple[float, float]
     knock: float
@@ -188,17 +205,19 @@ class _Support:
     def most(self, name: str, limit: Limit, options: dict[str, Any]) -> CriticalValue:
         """The critical value of the worst direction."""
         unit, most = SUPPORT[name]
-        worst, least = 0.0, most
-        for azimuth in 2.0 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS:
+        angles = 2.0 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS
+        even = np.stack([np.cos(angles), np.sin(angles)], axis=1) @ frame_of(self.scene)[:2]
+        worst, least = even[0], most
+        for way in (*even, *np.unique(np.round(self.ways, 6), axis=0)):
             low, high = 0.0, least * (1.0 - FINE)
-            if self._holds(name, azimuth, high, limit):
+            if self._holds(name, way, high, limit):
                 continue
             while high - low > ROUGH * FINE * most:
                 middle = 0.5 * (low + high)
                 low, high = (
-                    (middle, high) if self._holds(name, azimuth, middle, limit) else (low, middle)
+                    (middle, high) if self._holds(name, way, middle, limit) else (low, middle)
                 )
-            worst, least = float(azimuth), high
+            worst, least = way, high
         return critical_value(
             lambda value: self._problem(name, worst, value),
             *(name, (0.0, most)),
@@ -214,22 +233,20 @@ class _Support:
     def _asked(self, options: dict[str, Any]) -> dict[str, Any]:
         known: dict[str, Any] = {"disturbance": Uniform(self.knock)}
         if self.knock:
-            return options | known | {"draws": MANY}
+            return options | known
         return options | known | {"draws": QUIET, "probability": 0.5}  # all draws are alike
 
-    def _holds(self, name: str, azimuth: float, value: float, limit: Limit) -> bool:
-        problem = self._problem(name, azimuth, value)
+    def _holds(self, name: str, way: Floats, value: float, limit: Limit) -> bool:
+        problem = self._problem(name, way, value)
         asked: dict[str, Any] = {"rollouts": 1, "disturbance": Uniform(0.0), "undisturbed": False}
         return capture_probability(problem, threads=1, **asked, **limit.rest()).captured > 0.5
 
-    def _problem(self, name: str, azimuth: float, value: float) -> Problem:
+    def _problem(self, name: str, way: Floats, value: float) -> Problem:
         """Each body of mass m feels m times the change of gravity, in the support's frame."""
-        first, second, up = frame_of(self.scene)
         gravity = float(np.linalg.norm(self.scene.gravity))
-        along = np.cos(azimuth) * first + np.sin(azimuth) * second
-        change = value * along
+        change = value * way
         if name == "tilt":
-            change = gravity * (np.sin(value) * along + (1.0 - np.cos(value)) * up)
+            change = gravity * (np.sin(value) * way + (1.0 - np.cos(value)) * up_of(self.scene))
         masses = {body.name: body.mass for body in self.scene.bodies}
         rows = {
             body: np.concatenate([masses[body] * change, np.zeros(3)])[None]

@@ -20,6 +20,9 @@ run(${CMAKE_COMMAND} --install ${BUILD} --component development --prefix ${WORK}
 run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${WORK}/build -DCMAKE_PREFIX_PATH=${WORK}/prefix)
 run(${CMAKE_COMMAND} --build ${WORK}/build)
 run(${WORK}/build/consumer)
+if(EXISTS ${WORK}/build/consumer_avx2)
+  run(${WORK}/build/consumer_avx2)
+endif()
 
 # The examples print what stands beside them. All but 04 do in Python too (tests/python/house/test_examples.py).
 set(root ${CMAKE_CURRENT_LIST_DIR}/../../..)

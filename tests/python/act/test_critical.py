@@ -70,6 +70,86 @@ def test_both_ends_of_a_place_are_found():
         assert low <= edge <= high and value == pytest.approx(edge, rel=0.05) and side == holds
 
 
+def trial(probability, seed=0, count=20_000):
+    """Draws that hold where a number of their own, even in 0..1, is below the probability."""
+    own = np.random.default_rng(seed).random(count)
+    return lambda value, numbers: own[np.asarray(numbers)] < probability(value)
+
+
+def bell(value, middle, width):
+    return np.exp(-(((value - middle) / width) ** 2))
+
+
+@pytest.mark.parametrize(
+    ("probability", "crossings", "sides"),
+    [
+        (lambda v: 1 - 0.4 * bell(v, 5, 1), [5 - 1.442, 5 + 1.442], ["below", "above"]),
+        (lambda v: 1 - bell(v, 3.3, 0.3), [3.3 - 0.519, 3.3 + 0.519], ["below", "above"]),
+        (lambda v: 0.6 + 0.4 * bell(v, 5, 1), [5 - 0.365, 5 + 0.365], ["above", "below"]),
+        (lambda v: 3.0 < v < 3.7, [3.0, 3.7], ["above", "below"]),
+        (lambda v: v < 2 or 7 < v, [2.0, 7.0], ["below", "above"]),
+        (
+            lambda v: 0.5 + 0.5 * np.cos(2 * np.pi * v / 5),
+            [0.359, 4.641, 5.359, 9.641],
+            ["below", "above"] * 2,
+        ),
+    ],
+)
+def test_dips_and_bumps_have_all_their_crossings_and_warn(probability, crossings, sides):
+    with pytest.warns(em.PlausibilityWarning, match="load is not monotone"):
+        found = em.critical_value_of(trial(probability), "load", (0.0, 10.0))
+    assert found.monotone is False and [side for *_, side in found.crossings] == sides
+    for (value, low, high, _), right in zip(found.crossings, crossings, strict=True):
+        assert low - 0.03 <= right <= high + 0.03 and low <= value <= high
+
+
+def test_a_bump_that_is_hardly_enough_ends_and_claims_no_more_than_is_known():
+    """Outcomes that differ at each value, about the probability that is asked for."""
+
+    def noise(value, numbers):
+        return np.random.default_rng([int(value * 1e6), *numbers]).random(len(numbers)) < 0.95
+
+    with pytest.warns(em.PlausibilityWarning):
+        found = em.critical_value_of(noise, "nothing", (0.0, 10.0))
+    assert found.side == "unknown" and np.isnan(found.value)
+
+
+def test_a_range_of_many_decades_is_searched_by_ratios_at_its_low_end_too():
+    found = em.critical_value_of(trial(lambda v: v < 3.3e-7), "load", (1e-9, 1.0))
+    assert found.low <= 3.3e-7 <= found.high <= 1.02 * found.low
+    ends = (1e-300, 1e300)
+    found = em.critical_value_of(trial(lambda v: v < 1e200), "load", ends, tolerance=0.1)
+    assert found.low <= 1e200 <= found.high <= 1.3 * found.low
+
+
+@pytest.mark.parametrize("probability", [0.99, 0.01, 0.999])
+def test_a_probability_near_the_ends_has_as_many_draws_as_its_interval_needs(probability):
+    found = em.critical_value_of(trial(lambda v: v < 3.7), "load", (0, 10), probability=probability)
+    assert found.low <= 3.7 <= found.high <= 1.02 * found.low
+
+
+def test_nineteen_of_twenty_intervals_hold_and_none_claims_what_is_not():
+    """At least 93 % of 200, for four laws; and no side of what does nothing."""
+
+    def falls(v):
+        return 1 / (1 + np.exp(2 * (v - 5)))
+
+    for asked, of, right in [
+        (0.95, falls, 5 - np.log(19) / 2),
+        (0.5, falls, 5.0),
+        (0.8, lambda v: falls(10 - v), 5 + np.log(4) / 2),
+        (0.9, lambda v: np.clip((9 - v) / 8, 0, 1), 1.8),
+    ]:
+        held = 0
+        for seed in range(200):
+            found = em.critical_value_of(trial(of, seed), "load", (0, 10), probability=asked)
+            held += found.low <= right <= found.high
+        assert held >= 186
+    for seed in range(200):
+        found = em.critical_value_of(trial(lambda _: 0.95, seed), "nothing", (0, 10))
+        assert found.side not in ("below", "above") and np.isnan(found.value)
+
+
 def test_what_is_not_known_moves_the_value_by_its_quantile():
     """The mean friction that holds with 95 % is 1.645 deviations above the one that holds."""
     turn, deviation = np.deg2rad(20.0), 0.03

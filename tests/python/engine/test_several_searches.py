@@ -70,3 +70,15 @@ def test_a_cancel_keeps_the_best_so_far(problem):
 def test_what_makes_no_searches_says_so(problem, options, words):
     with pytest.raises(ValueError, match=words):
         em.escape_effort(problem, nodes=10, **options)
+
+
+@pytest.mark.parametrize("clock", [True, False])
+def test_rounds_of_one_search_have_the_same_bits_on_any_threads(problem, clock):
+    asked = {"nodes": 400, "seed": 4, "nodes_per_round": 16}
+    one = problem if clock else problem.replace(horizon=None)
+    first, second = (em.escape_effort(one, threads=n, **asked) for n in (1, 2))
+    assert (first.effort, first.history) == (second.effort, second.history)
+    assert (first.tree.states == second.tree.states).all()
+    assert first.nodes == 400 and 0 < first.effort < math.inf
+    alone = em.escape_effort(one, nodes=400, seed=4)
+    assert (first.tree.states != alone.tree.states).any()

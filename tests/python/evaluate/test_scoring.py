@@ -9,6 +9,7 @@ import pytest
 from energymargin import Problem, datasets
 from energymargin.base.metrics import METRICS, TIMED
 from energymargin.evaluate import scoring
+from energymargin.evaluate.executors.rows import Row, Work
 from energymargin.evaluate.searches import LooseSettings, SearchSettings, metrics_of
 from energymargin.store import ScoreStore, score_dataset
 
@@ -99,6 +100,27 @@ def test_a_problem_without_a_success_set_is_scored_by_all_the_other_metrics(prob
     assert list(table.scores) == ["capture", "effort", "effort/est", "effort/rrt", "force"]
     with pytest.raises(ValueError, match=r"metrics has 'success', but not .* a success set"):
         scoring.score([problem], ["success"])
+
+
+def test_searches_of_one_problem_run_side_by_side_with_the_same_bits(problems, monkeypatch):
+    rows = {}
+    for few in (0, scoring.FEW):
+        monkeypatch.setattr(scoring, "FEW", few)
+        rows[few] = []
+        scoring.score(problems[:2], nodes=20, threads=2, on_rows=rows[few].extend)
+    whole, split = (sorted(found, key=lambda row: row.index) for found in rows.values())
+    for one, other in zip(whole, split, strict=True):
+        assert (one.scores, one.steps) == (other.scores, other.steps)
+        assert one.times.keys() == other.times.keys() and one.warnings == other.warnings
+
+
+def test_a_problem_that_fails_in_one_search_is_an_error_once(problems):
+    work = Work(3, problems[0], ("capture", "effort", "force"))
+    rows = [Row(3, {"capture": 0.5, "force": 1.0}, steps=4), Row(3, error="it broke")]
+    assert [one.metrics for one in next(work.searches())] == [("capture", "force"), ("effort",)]
+    assert len(work) == 2
+    assert work.row(rows).error == "it broke"
+    assert work.row([rows[0], Row(3, {"effort": 0.1}, steps=5)]).steps == 9
 
 
 def test_rows_and_progress_arrive_as_they_are_finished(problems):

@@ -407,6 +407,18 @@ def test_a_hand_of_a_file_holds_what_coulomb_says(two_fingers, share, held):
     assert scores.probabilities[0] == held
 
 
+def test_links_of_a_hand_of_a_file_have_the_pads_that_are_named(two_fingers):
+    soft, scene = replace(two_fingers, pads={"left": em.Pad()}), em.Scene()
+    soft.add_to(scene, force=1.0, opening=np.nan)
+    surfaces = {body.name: body.surface for body in scene.bodies}
+    assert surfaces["left"].patch_radius == em.Pad().radius
+    assert surfaces["right"] is None
+    assert soft.text["pads"]["left"]["load"] == 20
+    assert "pads" not in two_fingers.text
+    with pytest.raises(ValueError, match="pads has 'thumb', expected one of"):
+        score(grasps(), replace(two_fingers, pads={"thumb": em.Pad()}), cube())
+
+
 def test_what_a_hand_of_a_file_does_not_have_is_refused(two_fingers):
     with pytest.raises(ValueError, match=r"joints has 'thumb', expected one of left_slide"):
         score(grasps(), replace(two_fingers, close={"thumb": (0, 1)}), cube())

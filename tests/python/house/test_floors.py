@@ -23,10 +23,12 @@ ON_THE_FACE = (
 FACE = {path.stem for path in PACKAGE.glob("[a-z]*.py")} | {"grasps", "mujoco", "placing", "tasks"}
 # Modules of the face that are compiled, so that every floor may ask for them.
 COMPILED = {"_core", "disturbances", "regions"}
-# What is imported when it is asked for: words of a result, and the picture of an environment.
+# What is imported when it is asked for: words of a result, the picture of an environment, and the
+# MuJoCo inside of one.
 UPWARDS = {
     ("base/summary.py", "model"),
     ("act/gym/environment.py", "look"),
+    ("model/gymnasium_engine.py", "mujoco"),
 }
 
 

@@ -72,6 +72,16 @@ def test_a_neighbour_that_falls_with_it_is_named_and_one_in_its_way_blocks():
     assert toppled.weakest.effort < 0.3 * 9.81 * (np.hypot(0.03, 0.05) - 0.05) * 1.02
 
 
+def test_a_plane_has_no_grid_and_a_support_that_is_named_twice_has_one():
+    scene = board_and_cup()
+    scene.add_plane("floor", friction=1.0)
+    with pytest.raises(ValueError, match="on is 'floor', a plane without an end"):
+        em.placements(scene, "cup", on=["floor"])
+    asked = {"spacing": 0.1, "rollouts": 16, "pushed": 0}
+    once, twice = (em.placements(scene, "cup", on=on, **asked) for on in (["board"], ["board"] * 2))
+    assert len(once) == len(twice)
+
+
 def test_a_grid_covers_the_top_and_the_middle_comes_first():
     found = em.placements(board_and_cup(), "cup", on=["board"], spacing=0.1, rollouts=10, pushed=0)
     places = np.array([found.poses[one.name][:3, 3] for one in found])
@@ -130,6 +140,11 @@ def test_a_limit_keeps_the_draws_that_are_done():
         ({"poses": {"in it": at(0, 0, 0.5)}}, "none of which has room: board"),
         ({"on": ["table"]}, "on is 'table'"),
         ({"poses": [np.eye(3)]}, "poses is"),
+        ({"poses": {"big": 2 * at(0, 0)}}, r"poses\['big'\] is .*expected a rotation and a place"),
+        ({"poses": [np.diag([-1, 1, 1, 1])]}, r"poses\['0'\] is .*expected a rotation and a place"),
+        ({"on": "board"}, "on is 'board', expected a list of names"),
+        ({"on": ["board"], "yaws": ()}, "yaws is empty"),
+        ({"on": ["board"], "spacing": 1e-9}, "spacing is 1e-09, expected a larger one"),
         ({"poses": [at(0, 0)], "knock": -1}, "knock is -1"),
     ],
 )

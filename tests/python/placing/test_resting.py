@@ -53,6 +53,34 @@ def test_the_probability_of_a_face_of_a_box_is_its_solid_angle():
         assert one.probability == pytest.approx(angle / (4 * np.pi))
 
 
+@pytest.mark.parametrize(
+    ("shape", "ways"),
+    [
+        (em.Box((1.0, 1.0, 0.05)), 2),  # stands on an edge for a breath
+        (em.Box((0.1, 0.1, 1.0)), 4),
+        (em.Cylinder(0.05, 0.01), 2),
+    ],
+)
+def test_a_pose_that_is_none_goes_to_all_alike_beside_it(shape, ways):
+    found = em.resting_poses(shape)
+    assert [one.probability for one in found] == pytest.approx([1 / ways] * ways)
+
+
+def test_a_centre_of_mass_outside_of_the_hull_is_refused():
+    beside = em.Inertial(center=(0.06, 0, 0), inertia=(1e-3,) * 3)
+    with pytest.raises(ValueError, match="inertial has its centre outside of the hull"):
+        em.resting_poses(em.Box((0.1, 0.1, 0.1)), mass=1.0, inertial=beside)
+
+
+@pytest.mark.parametrize("degrees", [10, 20, 28])
+def test_all_directions_end_somewhere_on_a_slope_too(degrees):
+    turn = np.deg2rad(degrees)
+    on = (np.sin(turn), 0, np.cos(turn))
+    found = em.resting_poses(em.Box((0.1, 0.2, 0.3)), on=on, friction=0.9)
+    assert sum(one.probability for one in found) == pytest.approx(1.0)
+    assert all(one.largest_tilt >= turn for one in found)
+
+
 def test_a_pose_is_at_rest_and_on_the_plane():
     shape = em.Compound(
         [em.Part(em.Box((0.1, 0.06, 0.04))), em.Part(em.Box((0.03, 0.03, 0.08)), (0.03, 0, 0.06))]

@@ -87,6 +87,26 @@ def test_a_steep_block_topples_as_it_slides_only_with_a_friction_above_w_over_h(
     assert [what_it_does(50, border + d, TALL) for d in (-0.01, 0.01)] == ["slides", "both"]
 
 
+@pytest.mark.parametrize(("size", "off"), [(0.01, 0.001), (0.1, 0.001), (1.0, 0.01), (10.0, 0.01)])
+def test_a_box_that_stands_on_an_edge_falls_however_slowly_it_begins(size, off):
+    lean, corner = np.deg2rad(45 - off), size / np.sqrt(2)
+    scene = em.Scene()
+    scene.add_plane("floor", friction=1.0)
+    pose = {"position": (0, 0, corner * np.cos(np.deg2rad(off)))}
+    pose["orientation"] = (0, np.sin(lean / 2), 0, np.cos(lean / 2))
+    scene.add_body("box", em.Box((size,) * 3), density=500, friction=0.9, **pose)
+    found = em.settle(scene, time=30)
+    assert found["box"].verdict == "moved" and found.at_rest
+    assert np.rad2deg(found["box"].turned) == pytest.approx(45, abs=0.2)
+
+
+def test_nothing_is_said_of_a_scene_in_which_nothing_can_move():
+    scene = em.Scene()
+    scene.add_body("box", em.Box((1, 1, 1)), mass=0.0)
+    with pytest.raises(ValueError, match="scene has no body that can move"):
+        em.settle(scene)
+
+
 def test_what_moves_is_told_with_its_way_its_time_and_its_place():
     scene = em.Scene()
     scene.add_plane("floor", friction=1.0)
@@ -129,6 +149,7 @@ def test_overlaps_at_the_start_are_told():
 @pytest.mark.parametrize(
     ("given", "words"),
     [
+        ({"time": 0.1}, "time is 0.1, expected at least during, 0.25"),
         ({"time": 0.0}, "time is 0"),
         ({"still": -1.0}, "still is -1"),
         ({"tolerance": np.nan}, "tolerance is nan"),

@@ -47,6 +47,21 @@ def test_a_tray_may_lean_and_accelerate_as_statics_say(friction, size):
     assert found.complete and "m/s^2" in found.to_markdown()
 
 
+@pytest.mark.parametrize("degrees", [22.5, 30.0, 77.0])
+def test_the_worst_direction_is_across_an_edge_however_the_box_is_turned(degrees):
+    size = (0.05, 0.1, 0.2)
+    found = em.stack_robustness(on_a_tray(size, 0.9, yaw=np.deg2rad(degrees)), bodies=[])
+    assert found.tilt.value == pytest.approx(np.arctan(0.25), rel=0.01)
+    assert found.acceleration.value == pytest.approx(0.25 * G, rel=0.01)
+
+
+def test_a_stack_that_is_not_at_rest_is_told():
+    scene = on_a_tray((0.1, 0.1, 0.1))
+    state = scene.pack(cup={"position": (0, 0, 0.5)})
+    with pytest.warns(em.PlausibilityWarning, match="state is not at rest: cup moves by itself"):
+        em.stack_robustness(scene, state, support=())
+
+
 def test_the_weakest_of_a_stack_takes_along_what_it_carries():
     scene = em.Scene()
     scene.add_plane("floor", friction=1.0)
@@ -82,6 +97,8 @@ def test_what_cannot_be_asked_is_refused():
         em.stack_robustness(scene)
     with pytest.raises(ValueError, match="support is 'shake'"):
         em.stack_robustness(on_a_tray((0.1, 0.1, 0.1)), support=("shake",))
+    with pytest.raises(ValueError, match=r"support is 'tilt', expected a list of names"):
+        em.stack_robustness(on_a_tray((0.1, 0.1, 0.1)), support="tilt")
     with pytest.raises(ValueError, match="bodies is 'tray'"):
         em.stack_robustness(on_a_tray((0.1, 0.1, 0.1)), bodies=["tray"])
 

@@ -30,8 +30,9 @@ struct EffortOptions {
   bool stop_at_escape = false;               //!< a rollout ends where it is seen outside, every few steps
   std::atomic<int>* node_counter = nullptr;  //!< goes up with each node, for a bar of progress
   bool check_undisturbed = false;            //!< without a clock, also when the state leaves without a disturbance
-  int searches = 1;  //!< independent ones, which share the nodes; the one of least effort is the result
-  int threads = 1;   //!< for several searches
+  int searches = 1;         //!< independent ones, which share the nodes; the one of least effort is the result
+  int nodes_per_round = 1;  //!< nodes that are extended at once, and changes of an escape that are tried at once
+  int threads = 1;          //!< for several searches, or for the nodes of a round
 };
 
 //! An upper bound of the least effort that leads out of the capture set; inf without an escape. With a horizon it has

@@ -37,12 +37,16 @@ struct ProbabilityOptions {
   std::optional<double> tolerance{};  //!< rollouts are added until half of the 95 % interval is at most this
   std::optional<double> above{};      //!< rollouts are added until it is told whether the probability is above this
   Design design = Design::independent;
-  bool success = false;         //!< also for the success set at the horizon: rollouts go on after an exit
-  bool by_object = false;       //!< also for any object, and for each: rollouts go on until all have left
-  bool undisturbed = true;      //!< also one rollout without a disturbance, before the random ones
-  double most_diverged = 0.01;  //!< share of the rollouts that may diverge, and one always, if others are left
-                                //!< and it is not 0; 1: any number, and if none is left the probability is NaN
-  Limit limit{};                //!< ends it early: the rollouts that are complete count, up to the first that is not
+  std::optional<double> drawn_step{};  //!< disturbances are drawn in steps of this length [s], by default the scene's:
+                                       //!< in problems that differ in their step the same draws act
+  std::optional<double> long_step{};   //!< rollouts take this longer step [s], and some of them the scene's too
+  bool finds_step = false;             //!< the same with a step that is found, if that needs less simulation
+  bool success = false;                //!< also for the success set at the horizon: rollouts go on after an exit
+  bool by_object = false;              //!< also for any object, and for each: rollouts go on until all have left
+  bool undisturbed = true;             //!< also one rollout without a disturbance, before the random ones
+  double most_diverged = 0.01;         //!< share of the rollouts that may diverge, and one always, if others are left
+                                       //!< and it is not 0; 1: any number, and if none is left the probability is NaN
+  Limit limit{};  //!< ends it early: the rollouts that are complete count, up to the first that is not
   std::atomic<int>* rollout_counter = nullptr;  //!< goes up with each rollout, for a bar of progress
 };
 
@@ -59,6 +63,16 @@ struct Splitting {
   Eigen::VectorXd effective;  //!< effective sample size of the loss until each time, shape (T,)
   double levels = 0.0;        //!< at which replicas split, in the mean of the batches
   int simulated = 0;          //!< rollouts that were simulated: the replicas, and those that branch from them
+};
+
+//! A multilevel estimate: the mean of rollouts with a long step, and of what those that took the scene's step too
+//! differ by. Unbiased for the scene's step (Giles 2015).
+struct TwoSteps {
+  double step = 0.0;              //!< the long one [s]
+  int rollouts = 0;               //!< that took it, and count
+  int pairs = 0;                  //!< of them, with both steps
+  Eigen::VectorXd captured;       //!< probability with the long step until each time, shape (T,)
+  Eigen::VectorXd better, worse;  //!< pairs that are captured until then with the scene's step alone, or the long one
 };
 
 //! Its steps are those of all rollouts, also the undisturbed one, but for those that diverged.
@@ -82,12 +96,16 @@ struct CaptureProbability : StepCounts {
   std::optional<bool> above{};           //!< whether it is above `ProbabilityOptions::above`, if that was told
   bool complete = true;                  //!< no rollout is missing
   std::optional<Splitting> splitting{};  //!< of rare losses
+  std::optional<TwoSteps> two_steps{};   //!< with a long step
   std::vector<Warning> warnings{};       //!< what speaks against the probability
 };
 
 //! Throws std::invalid_argument on a problem without horizon and plan, and on bad options; std::runtime_error if too
 //! many rollouts diverge; Cancelled or TimedOut if the limit is reached before the first one is complete.
 CaptureProbability capture_probability(const Problem& problem, const ProbabilityOptions& options = {});
+
+//! The same with a long step.
+CaptureProbability capture_probability_of_two_steps(const Problem& problem, const ProbabilityOptions& options);
 
 //! Whether a probability is above a threshold, of which `captured` of `rollouts` say something; none: it is not told. A
 //! probability at most the threshold is ever called above, after any number of independent rollouts, with probability
@@ -97,6 +115,9 @@ std::optional<bool> is_above(double threshold, int captured, int rollouts, doubl
 
 //! Clopper and Pearson's interval of a probability that `effective` rollouts estimate.
 Interval interval(double probability, double effective, double confidence = 0.95);
+
+//! That of two steps, by those of both of its parts (Zou and Donner 2008).
+Interval interval(const TwoSteps& of, Eigen::Index time, double confidence = 0.95);
 
 //! The same of being captured throughout until time number `time`, and of the loss; by default until the horizon.
 Interval interval_of_capture(const CaptureProbability& p, double confidence = 0.95,

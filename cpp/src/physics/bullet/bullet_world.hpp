@@ -8,6 +8,7 @@
 #include <algorithm>
 
 #include "physics/contacts/collision_filter.hpp"
+#include "physics/contacts/face_contacts.hpp"
 #include "physics/motion.hpp"
 
 namespace energymargin {
@@ -59,11 +60,12 @@ class SceneWorld : public btMultiBodyDynamicsWorld {
       btPersistentManifold& manifold = *getDispatcher()->getManifoldByIndexInternal(i);
       const std::size_t a = body_of(*manifold.getBody0()), b = body_of(*manifold.getBody1());
       const Surface surface = scene_.contact_surface(a, b);
+      const double of_patch = scene_.contact_friction(a, b) * grip_share * surface.patch_radius;
       for (int k = 0; k < manifold.getNumContacts(); ++k) {
         btManifoldPoint& point = manifold.getContactPoint(k);
         point.m_combinedFriction = scene_.contact_friction(a, b);
         point.m_combinedRollingFriction = surface.rolling_friction;
-        point.m_combinedSpinningFriction = surface.torsional_friction;
+        point.m_combinedSpinningFriction = std::max(surface.torsional_friction, of_patch);
         point.m_combinedRestitution = surface.restitution;
         if (surface.stiffness == 0.0) continue;
         point.m_contactPointFlags |= BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING;

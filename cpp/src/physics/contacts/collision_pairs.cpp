@@ -5,6 +5,8 @@
 #include <limits>
 #include <tuple>
 
+#include "physics/contacts/patches.hpp"
+
 namespace energymargin {
 namespace {
 
@@ -206,7 +208,7 @@ void CollisionPairs::find(const std::vector<double>& reaches) {
 void CollisionPairs::add(std::size_t a, std::size_t b) {
   const bool swaps = comes_first(*shapes_[b], *shapes_[a]);
   const ContactReach near{contact_reach(a, b), std::max(filter_.early_reach(a), filter_.early_reach(b)),
-                          filter_.compliant(a, b)};
+                          filter_.compliant(a, b), scene_.contact_surface(a, b).patch_radius};
   const std::size_t first = swaps ? b : a, second = swaps ? a : b;
   const double of_first = inverse_mass_of(scene_.bodies()[first]);
   const double of_second = inverse_mass_of(scene_.bodies()[second]);
@@ -260,6 +262,7 @@ const std::vector<FacePoint>& CollisionPairs::points_of(CollisionPair& pair, std
   const WorldPlane plane = plane_at(of_b, pose_b);
   normal = plane.normal;
   find_plane_contacts(InnerShape(*piece.shape), piece.pose(pose_a), plane, pair.near.reach(), on_plane_);
+  if (pair.near.patch > 0.0) spread(on_plane_, normal, pair.near.patch);
   return on_plane_;
 }
 
@@ -285,7 +288,7 @@ void CollisionPairs::add_points(CollisionPair& pair, std::size_t k, const Ways& 
       grip = back_b(point.grip) + (on_a - on_b) * pair.gap_share;
       distance = normal.dot(on_a - on_b);
     }
-    points_.push_back({pair.first, pair.second, on_a, on_b, grip, normal, distance, pair.friction});
+    points_.push_back({pair.first, pair.second, on_a, on_b, grip, normal, distance, pair.friction, point.lever});
     if (!on_plane && faces_.edge()) edges_.push_back({points_.size() - 1, *faces_.edge()});
   }
   if (points_.size() > begin) groups_.push_back({begin, points_.size(), &pair, k});

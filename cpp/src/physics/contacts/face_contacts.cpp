@@ -5,6 +5,8 @@
 #include <optional>
 #include <utility>
 
+#include "physics/contacts/patches.hpp"
+
 namespace energymargin {
 
 // The plane of contact.
@@ -439,6 +441,7 @@ const std::vector<FacePoint>& FaceContacts::contacts(SolidPair& solids, const bt
     normal = closest.normal;
     find_sharp(solids, pose_a, pose_b, closest, near, normal);
     if (near.early > 0.0 && !points_.empty()) add_corners(solids, pose_a, pose_b, normal, near);
+    if (near.patch > 0.0) spread(points_, normal, near.patch);
   }
   return points_;
 }

@@ -16,8 +16,9 @@ inline constexpr double grip_share = 2.0 / 3.0;
 //! A corner of what two faces share.
 struct FacePoint {
   btVector3 on_b;
-  btVector3 grip;   // where its friction acts
-  double distance;  // [m]
+  btVector3 grip;      // where its friction acts
+  double distance;     // [m]
+  double lever = 0.0;  // of its friction about `grip`, where that acts over a patch [m]
 };
 
 //! Where one looks for contacts of two bodies.
@@ -25,6 +26,7 @@ struct ContactReach {
   double depth;    // along the normal, of the corners of one face: bodies that are nearer have contacts [m]
   double early;    // if above 0, bodies that are so near have contacts too, before they touch [m]
   bool compliant;  // whether the bodies may be pressed in by more than their margins
+  double patch;    // if above 0, the least radius of the patch on which friction acts [m]
 
   double reach() const { return std::max(depth, early); }
 };

@@ -121,10 +121,10 @@ bool NewtonSolver::iterate(const Island& island, int& left, double tolerance, do
     bounded = true;
     if (left > 0) --left;  // a round counts, also one that finds no direction
     error = bounded_error(island, left, tolerance);
-    if (left > 0) continue;
+    if (left > 0 || error <= tolerance) continue;
     int more = patience;
     minimize(island, more, tolerance);
-    return error <= tolerance;
+    return false;
   }
   return true;
 }

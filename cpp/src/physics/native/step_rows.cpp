@@ -24,8 +24,10 @@ constexpr double least_turning = 1e-4;
 bool StepEquations::add_contact(const ContactPoint& point, const Substep& substep) {
   const Surface surface = surfaces_ ? scene_.contact_surface(point.a, point.b) : Surface{};
   const Frame frame = frame_of(point, surface);
-  const bool twists = point.friction > 0.0 && (surface.torsional_friction > 0.0 || surface.rolling_friction > 0.0);
-  ContactRows& rows = solver_.add_contact(mover_of(point.a), mover_of(point.b), twists ? most_rows : usual_rows);
+  const bool rubs = point.friction > 0.0, rolls = rubs && surface.rolling_friction > 0.0;
+  const bool twists = rubs && (surface.torsional_friction > 0.0 || point.lever > 0.0);
+  const int count = rolls ? most_rows : twists ? usual_rows + 1 : usual_rows;
+  ContactRows& rows = solver_.add_contact(mover_of(point.a), mover_of(point.b), count);
   add_end(rows, {point.a, point.on_a, point.grip, 1.0}, frame, substep.duration);
   add_end(rows, {point.b, point.on_b, point.grip, -1.0}, frame, substep.duration);
   rows.law.friction = point.friction;

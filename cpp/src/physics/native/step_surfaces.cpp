@@ -1,5 +1,7 @@
 // What the surfaces of bodies add to their contacts: rows that turn, compliance, bouncing, motion.
 
+#include <algorithm>
+
 #include "physics/native/step_equations.hpp"
 
 namespace energymargin {
@@ -10,7 +12,7 @@ StepEquations::Frame StepEquations::frame_of(const ContactPoint& point, const Su
   frame[normal_row] = point.normal;
   btPlaneSpace1(point.normal, frame[0], frame[1]);
   if (!(point.friction > 0.0)) return frame;
-  frame[usual_rows] = point.normal * (surface.torsional_friction / point.friction);
+  frame[usual_rows] = point.normal * std::max(surface.torsional_friction / point.friction, point.lever);
   for (int i = 0; i < 2; ++i) {
     frame[usual_rows + 1 + i] = frame[i] * (surface.rolling_friction / point.friction);
   }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from itertools import groupby
 from typing import Any
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Problem, ScoreRow, ScoreRun
-from energymargin.base.metrics import METRICS
+from energymargin.base.metrics import KINDS, METRICS, metric_kind
 from energymargin.base.reprs import Record
 from energymargin.evaluate.divergence import MOST
 from energymargin.evaluate.parallel import POLL
@@ -55,6 +55,13 @@ class Row(Record):
         return sum(self.times.values(), 0.0)
 
 
+def counts(rows: Sequence[Row]) -> dict[str, Any]:
+    """What rows count, added up, and what speaks against any of them."""
+    added = {name: sum(getattr(row, name) for row in rows) for name in _COUNTS}
+    return added | {"warnings": tuple(dict.fromkeys(text for row in rows for text in row.warnings))}
+
+
+_COUNTS = ("steps", "unconverged", "lost_time", "diverged")
 _SEARCHED = [one.name for one in fields(Row) if one.name != "particles"]
 
 
@@ -66,6 +73,34 @@ class Work:
     """The problem's stream index."""
     problem: Problem
     metrics: tuple[str, ...]
+
+    def __len__(self) -> int:
+        """How many searches its metrics take."""
+        return sum(map(len, self.searches()))
+
+    def searches(self) -> Iterator[list[Work]]:
+        """It in parts of a search each. Metrics of a kind share one, but for efforts; the force
+        score takes no time, and goes with the first."""
+        searches: dict[str, list[str]] = {}
+        for metric in sorted(self.metrics, key=lambda one: metric_kind(one) is KINDS["force"]):
+            kind = metric_kind(metric)
+            if kind is KINDS["force"] and searches:
+                next(iter(searches.values())).append(metric)
+            else:
+                name = metric if kind in (None, KINDS["effort"]) else kind.title
+                searches.setdefault(name, []).append(metric)
+        yield [Work(self.index, self.problem, tuple(one)) for one in searches.values()]
+
+    def row(self, rows: Sequence[Row]) -> Row:
+        """The row of its searches; its error is that of the first that has one."""
+        for row in rows:
+            if row.error:
+                return row
+        named = {
+            name: {metric: value for row in rows for metric, value in getattr(row, name).items()}
+            for name in ("scores", "times", "curves")
+        }
+        return Row(self.index, **named, **counts(rows))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """How to make it where it is unpickled; ValueError for a user's own predicate, and for a

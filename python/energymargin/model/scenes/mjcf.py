@@ -11,6 +11,7 @@ import numpy as np
 from energymargin._core import Cancel, Scene
 from energymargin.base.checks import one_of
 from energymargin.base.limits import Limit
+from energymargin.model.pads import Pad, add_pads
 from energymargin.model.scenes import additions
 from energymargin.model.scenes.additions import BASES, Control, FileMistakes
 from energymargin.model.scenes.mjcf_bodies import Builder
@@ -49,6 +50,7 @@ def from_mjcf(
     data: Any = None,
     keyframe: str | int | None = None,
     joints: Control | None = None,
+    pads: Mapping[str, Pad] | None = None,
     disable_collisions: str | Iterable[Sequence[str]] = (),
     self_collision: bool = True,
     mimic_limits: str = "file",
@@ -89,6 +91,7 @@ def from_mjcf(
         keyframe: of the model, instead of `data`, by name or number.
         joints: by joint, keywords of `Scene.add_joint` such as start, held, target and stiffness,
             which replace the model's.
+        pads: soft pads of single bodies, by name.
         disable_collisions: pairs of bodies that never collide, or "overlapping": bodies that joints
             move, and that overlap their own robot or a fixed body at the start.
         self_collision: whether bodies of the model can collide, objects too. Where they overlap at
@@ -155,6 +158,7 @@ def from_mjcf(
     gravity = np.array(own_gravity if scene is None else scene.gravity)
     builder = Builder(selection, contacts, roles, at, gravity, prefix, limit)
     new = builder.additions(jointed, tied, self_collision=self_collision)
+    add_pads(new.bodies, pads or {}, prefix)
     new.tendons.extend(tendon_drives(made, tendons, prefix))
     new.disabled.extend((prefix + a, prefix + b) for a, b in pairs)
     new.rows.extend(features.rows(prefix))

@@ -17,6 +17,7 @@ from energymargin.base.limits import Limit
 from energymargin.base.plausibility import warn
 from energymargin.model.meshes import MAX_POINTS, THRESHOLD
 from energymargin.model.meshes.files import FlatMeshError, shape_of, warn_of_open
+from energymargin.model.pads import Pad, add_pads
 from energymargin.model.scenes import additions, reports
 from energymargin.model.scenes.additions import BASES, Additions, FileMistakes, counted
 from energymargin.model.scenes.files import found
@@ -51,6 +52,7 @@ def from_urdf(
     threshold: float = THRESHOLD,
     accuracy: float | None = None,
     max_points: int = MAX_POINTS,
+    pads: Mapping[str, Pad] | None = None,
     self_collision: bool = True,
     disable_collisions: str | Iterable[Sequence[str]] = (),
     packages: Sequence[str | Path] = (),
@@ -103,6 +105,7 @@ def from_urdf(
             the joint that they follow contradict them.
         decompose: whether meshes become convex parts, as in `em.mesh`.
         threshold, accuracy, max_points: of the parts, as in `em.mesh`.
+        pads: soft pads of single links, by name.
         self_collision: whether links can collide with each other.
         disable_collisions: pairs of links that never collide, or "overlapping": those that overlap
             at the start.
@@ -182,6 +185,7 @@ def from_urdf(
         default = link.contact.get("lateral_friction", friction)
         bodies[name] |= {"role": roles.get(name, role), "friction": frictions.get(name, default)}
         bodies[name] |= surface_of(link)
+    add_pads(bodies.values(), pads or {}, prefix)
     if not self_collision:
         together = {frozenset((joint.parent, joint.child)) for joint in robot.joints.values()}
         pairs += [p for p in combinations(robot.links, 2) if frozenset(p) not in together]
