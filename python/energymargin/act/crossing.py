@@ -226,7 +226,7 @@ class Part:
         ends = [self._bracket(rank) for rank in self._rule.ranks]
         low, value, high = ends[0][0], sum(ends[1]) / 2.0, ends[2][1]
         low, high = min(low, value), max(high, value)
-        monotone = self._follow and not self._surprised(low, high)
+        monotone: bool | None = self._follow and not self._surprised(low, high)
         if self._asking.stopped:
             monotone = None if self._follow else False
         elif not monotone:

@@ -69,8 +69,8 @@ def limits(
         protocol: Of grasps: hold, lift, shake, graspa, acronym, or JSON.
         probability: What is asked of the probability.
         confidence: Of each interval.
-        draws: Rollouts of each value at most, 120, or of a grasp 80; more make the interval
-            narrower.
+        draws: Rollouts of each value at most, 120, or as many as a probability near 0 or 1 needs;
+            of a grasp 80; more make the interval narrower.
         seed: Of the draws, which are the same for all values.
         store: A file of answers; what it has is not run again.
         output: Also the card, as .html with a picture, .md or .json.
@@ -78,7 +78,10 @@ def limits(
     """
     if output is not None:
         require_free(output, overwrite=overwrite, suffixes=CARDS)
-    asked: dict[str, Any] = {"vary": dict(map(_range, vary)), "seed": seed}
+    ranges = dict(map(_range, vary))
+    if len(ranges) < len(vary):
+        raise ValueError(f"--vary is {', '.join(vary)}, expected each quantity once")
+    asked: dict[str, Any] = {"vary": ranges, "seed": seed}
     asked |= {"probability": probability, "confidence": confidence, "timeout": where.timeout}
     asked |= {} if draws is None else {"draws": draws}
     asked |= {"executor": where.executor(), "store": store}

@@ -25,7 +25,8 @@ UPWARDS = 0.2  # of a contact's normal, from where on it carries
 AROUND = 8  # directions at most
 RIM, LEVEL = 0.1, 1e-3  # shares: corners so far beside contacts, and above, are stood on too
 CLOSE = 0.01  # relative, of an effort
-LOSS = 0.12  # share of a kick that a turn about an edge loses at most, by steps of finite length
+LOSS = 0.12  # share of a kick that a turn about an edge loses, by steps of finite length; small
+# bodies, which fall within fewer steps, lose more
 MOST = 2.0**8  # times the work of statics; a push that takes more is none
 FALLEN = np.radians(30.0)  # of a tilt
 SUNK = 0.1  # of the height of a body
@@ -102,11 +103,14 @@ class Pushes:
     def least(self, body: str) -> Push:
         """The least push that makes a body fall. Raises TimeoutError or Cancelled."""
         best = Push(body, np.inf, "", (0.0, 0.0, 0.0), ())
+        height = np.ptp(self._corners[self._names.index(body)] @ self._up) or np.inf
+        rate = float(np.sqrt(np.linalg.norm(self._scene.gravity) / height))  # of a fall [1/s]
+        most = 1.0 + max(LOSS, 2.0 * rate * self._scene.step)
         for kick in sorted(self._kicks(body), key=lambda kick: kick.work):
             energy = self._effort(body, kick, best.effort)
             if energy < best.effort:
                 fallen = self.fallen(kick, energy)
-                turns = kick.way.startswith("topples") and energy <= (1.0 + LOSS) * kick.work
+                turns = kick.way.startswith("topples") and energy <= most * kick.work
                 effort = min(energy, kick.work) if turns else energy
                 direction = tuple(float(v) for v in kick.direction)
                 others = tuple(name for name in fallen if name != body)

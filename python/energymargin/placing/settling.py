@@ -135,8 +135,8 @@ def settle(
         timeout: after so many seconds the state of then counts.
         cancel: the same once it is set.
 
-    Raises ValueError on bad arguments, without gravity or a body that can move, TimeoutError or Cancelled if
-    nothing was simulated, and DivergedError.
+    Raises ValueError on bad arguments, without gravity or a body that can move, TimeoutError or
+    Cancelled if nothing was simulated, and DivergedError.
     """
     limit = Limit(timeout, cancel)
     positive_number("tolerance", tolerance)
@@ -144,6 +144,7 @@ def settle(
         positive_number(name, value)
     if time < during:
         raise ValueError(f"time is {time:g}, expected at least during, {during:g}")
+    up_of(scene)
     if not movable(scene):
         raise ValueError("scene has no body that can move: is its base meant to be free?")
     start = np.array(scene.pack() if state is None else state, float)

@@ -87,7 +87,7 @@ def bell(value, middle, width):
         (lambda v: 1 - bell(v, 3.3, 0.3), [3.3 - 0.519, 3.3 + 0.519], ["below", "above"]),
         (lambda v: 0.6 + 0.4 * bell(v, 5, 1), [5 - 0.365, 5 + 0.365], ["above", "below"]),
         (lambda v: 3.0 < v < 3.7, [3.0, 3.7], ["above", "below"]),
-        (lambda v: v < 2 or 7 < v, [2.0, 7.0], ["below", "above"]),
+        (lambda v: v < 2 or v > 7, [2.0, 7.0], ["below", "above"]),
         (
             lambda v: 0.5 + 0.5 * np.cos(2 * np.pi * v / 5),
             [0.359, 4.641, 5.359, 9.641],
@@ -497,5 +497,7 @@ def test_the_command_prints_a_table_and_writes_a_card(tmp_path):
     assert invoke([*words, "-o", str(page)]).exit_code == 0
     assert "How much it can take: block.json</title>" in page.read_text()
     assert "data:image/png" in page.read_text() and "<td" in page.read_text()
+    told = invoke([*words, "--vary", "push=0:30"])
+    assert told.exit_code == 2 and "expected each quantity once" in told.output
     told = invoke(["limits", str(file), "--vary", "push=3"])
     assert told.exit_code == 2 and "--vary is 'push=3', expected NAME=LOW:HIGH" in told.output

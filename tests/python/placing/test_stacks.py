@@ -18,7 +18,8 @@ def on_a_tray(size, friction=0.8, shape=None, yaw=0.0):
 
 
 def test_boxes_topple_with_the_work_of_the_closed_form():
-    for size in np.random.default_rng(5).uniform(0.04, 0.3, (10, 3)):
+    sizes = [*np.random.default_rng(5).uniform(0.04, 0.3, (10, 3)), (0.004, 0.006, 0.01), (1, 2, 3)]
+    for size in sizes:
         found = em.stack_robustness(on_a_tray(size), support=())
         low = min(size[:2])
         expected = 0.4 * G * (np.hypot(low / 2, size[2] / 2) - size[2] / 2)

@@ -1,0 +1,141 @@
+"""Where a body has room in a scene: candidates of its pose, and what is in their way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.spatial import ConvexHull, QhullError
+from scipy.spatial.transform import Rotation
+
+from energymargin import Plane, Scene, World, scenes
+from energymargin.base import checks
+from energymargin.base.limits import Limit
+from energymargin.placing.boxes import Floats, frame_of
+
+INSIDE = 1e-4  # m; a thing that is deeper in another one has no room
+LEVEL = 1e-3  # m, of the top of a part
+DROP = 0.02  # m, by which a thing is lowered at most onto a top that is not flat
+ABOVE = 1e-3  # m, from where it is lowered
+ROUNDED = 1e-3  # of a pose that is written with few digits
+MOST = 10_000  # places of a grid on a top
+
+
+class Room:
+    """Where a body has room in a scene."""
+
+    def __init__(self, scene: Scene, body: str, state: Floats) -> None:
+        """The others are where they are in a state (n,)."""
+        self._scene, self._body, self._state = scene, body, state
+        self._world, self._frame = World(scene), frame_of(scene)
+        self._shapes = {one.name: one.shape for one in scene.bodies}
+        self._others = [name for name in self._shapes if name != body]
+
+    def state(self, pose: Floats, lift: Floats) -> Floats:
+        """The state with the body at a pose (4, 4), lifted by (3,), at rest."""
+        state = self._state.copy()
+        own = state[self._scene.slice(self._body)]
+        own[:3] = pose[:3, 3] + lift
+        own[3:7] = Rotation.from_matrix(pose[:3, :3]).as_quat()
+        own[7:] = 0.0
+        return state
+
+    def blocked_by(self, state: Floats) -> str | None:
+        """The body that it is in most deeply, if it is in one."""
+        distances = self._distances(state)
+        nearest = min(distances, key=distances.__getitem__)
+        return nearest if distances[nearest] < -INSIDE else None
+
+    def grid(
+        self, on: Sequence[str], spacing: float, yaws: Sequence[float], limit: Limit
+    ) -> dict[str, Floats]:
+        """Candidates on the tops of supports, by name, the farthest from edges first: it counts if
+        several stay alike. Raises ValueError if there is no top."""
+        for name in checks.names_of("on", on):
+            checks.one_of("on", name, self._others)
+            if isinstance(self._shapes[name], Plane):
+                raise ValueError(f"on is {name!r}, a plane without an end: give poses, or a box")
+        if len(yaws) == 0:
+            raise ValueError("yaws is empty, expected one turn at least, such as 0")
+        found: list[tuple[float, str, Floats]] = []
+        turned = Rotation.from_quat(self._scene.unpack(self._state)[self._body]["orientation"])
+        spots = [(name, top, yaw) for name, top in self._tops(dict.fromkeys(on)) for yaw in yaws]
+        for number, (name, top, yaw) in enumerate(spots):
+            turn = Rotation.from_rotvec(yaw * self._frame[2]) * turned
+            for margin, place in points_in(top, self._frame, spacing):
+                limit.require("the candidates were looked at")
+                pose = self._standing(turn, place)
+                x, y, z = pose[:3, 3]
+                found.append((margin, f"{name}.{number} ({x:.3f}, {y:.3f}, {z:.3f})", pose))
+        if not found:
+            raise ValueError(f"on is {list(on)}, expected supports with a top, or give poses")
+        return {name: pose for _, name, pose in sorted(found, key=lambda one: -one[0])}
+
+    def _standing(self, turn: Rotation, place: Floats) -> Floats:
+        """The pose in which it stands at a place, lowered until it touches something."""
+        corners = turn.apply(np.concatenate(scenes.shape_parts(self._shapes[self._body])))
+        up = self._frame[2]
+        middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
+        pose = np.eye(4)
+        pose[:3, :3] = turn.as_matrix()
+        pose[:3, 3] = place - middle + (up @ middle - (corners @ up).min() + ABOVE) * up
+        left = DROP
+        while left > 0 and (gap := min(self._distances(self.state(pose, np.zeros(3))).values())):
+            if gap < INSIDE:
+                break
+            step = min(gap - INSIDE / 2, left)
+            pose[:3, 3] -= step * up
+            left -= step
+        return pose
+
+    def _distances(self, state: Floats) -> dict[str, float]:
+        return {o: self._world.distance(state, self._body, o) for o in self._others}
+
+    def _tops(self, on: Iterable[str]) -> Iterator[tuple[str, Floats]]:
+        """Corners of the top of each convex part, (N, 3), of supports."""
+        there = scenes.body_poses(self._scene, self._state)
+        for name in on:
+            position, orientation = there[name]
+            for part in scenes.shape_parts(self._shapes[name]):
+                corners = Rotation.from_quat(orientation).apply(part) + position
+                heights = corners @ self._frame[2]
+                yield name, corners[heights > heights.max() - LEVEL]
+
+
+def points_in(top: Floats, frame: Floats, spacing: float) -> list[tuple[float, Floats]]:
+    """Points of a grid on a top, from its middle on, and how far each is from the edges [m]."""
+    flat, height = top @ frame[:2].T, float((top @ frame[2]).max())
+    try:
+        hull = ConvexHull(flat).equations
+    except (QhullError, ValueError):
+        return []
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    if (count := float(np.prod(1.0 + (high - low) / spacing))) > MOST:
+        raise ValueError(
+            f"spacing is {spacing:g}, expected a larger one: it makes {count:.0f} candidates of a "
+            f"top, more than {MOST}"
+        )
+    ways = [np.arange(0.0, (b - a) / 2 + 1e-9, spacing) for a, b in zip(low, high, strict=True)]
+    sides = [np.unique(np.concatenate([-way, way])) for way in ways]
+    points = 0.5 * (low + high) + np.stack(np.meshgrid(*sides, indexing="ij"), -1).reshape(-1, 2)
+    margins = -(points @ hull[:, :2].T + hull[:, 2]).max(axis=1)
+    inside = margins > -1e-9
+    places = points[inside] @ frame[:2] + height * frame[2]
+    return list(zip(np.round(margins[inside], 6).tolist(), places, strict=True))
+
+
+def named(poses: Mapping[str, ArrayLike] | ArrayLike) -> dict[str, Floats]:
+    """Poses (4, 4) by name. Raises ValueError on what is none."""
+    given: Any = poses
+    items = given.items() if isinstance(given, Mapping) else enumerate(given)
+    expected = "poses (4, 4), a dict of them by name, or (n, 4, 4)"
+    found = {str(name): checks.numbers_of("poses", pose, expected, (4, 4)) for name, pose in items}
+    for name, pose in found.items():
+        turn = pose[:3, :3]
+        skew = np.abs(turn @ turn.T - np.eye(3)).max() + np.abs(pose[3] - [0, 0, 0, 1]).max()
+        if skew > ROUNDED or np.linalg.det(turn) < 0:
+            said = "a rotation and a place, with the last row 0, 0, 0, 1, and a scale of 1"
+            raise ValueError(f"poses[{name!r}] is {checks.shown(pose)}, expected {said}")
+    return found
