@@ -27,7 +27,6 @@ from energymargin.base.checks import (
 )
 from energymargin.grasps.grasp_set import check_poses
 
-SOFT = Pad()
 SQUEEZE = 1e-3  # m; how far beyond the object the target is when the drive gives its full force
 
 
@@ -102,7 +101,7 @@ class ParallelGripper(Hand):
     force: float = 20.0
     friction: float = 1.0
     torsional_friction: float = 0.0
-    pads: Pad | None = SOFT
+    pads: Pad | None = None
     tip: float | None = None
     finger: float = 0.045
     thickness: float = 0.01
