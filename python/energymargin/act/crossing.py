@@ -374,7 +374,7 @@ class Part:
     def _moved(self, u: float, by: float, holds: Callable[[int, int, float], bool]) -> float:
         """An end of the interval that draws which were not used before say is one."""
         new = np.arange(self._rule.draws, 2 * self._rule.draws)
-        alpha = self._rule.alpha
+        alpha = self._rule.alpha if self._follow else self._rule.alpha / 2.0  # half is for `side`
         while 0.0 <= u <= 1.0:
             alpha /= 2.0
             found = self._asking.outcomes(self._number(u), new)
