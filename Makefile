@@ -7,7 +7,6 @@
 #                                                           BENCH='--parts throughput,cost' or --quick
 # make bench-monitor   whether a Monitor holds 30 Hz for a minute, into out/monitor.md
 # make bench-contact   how wrong contacts are and how long they take, beside PyBullet and MuJoCo, into out/contact.md
-# make bench-view   how smoothly the viewer's page turns, into out/frames.md
 # make wheel  a wheel that needs nothing of the system, into dist; tests/wheel/run tries it in a bare Debian
 # make sdist  a source distribution, into dist; tests/sdist/run builds it in a bare Debian
 # make deb    Debian packages of the C++ library and of the Python package, into dist
@@ -49,7 +48,7 @@ SLOW := ^Planner/Fixture|SharpDistance.OfSolidsThatOverlap|ProblemSchema.KeyThat
 PYTHON_TAG := $(shell $(PYTHON) -c 'import sys; print("cp%d%d" % sys.version_info[:2])')
 WHEEL := $(if $(shell command -v g++),,$(lastword $(sort $(wildcard dist/energymargin-*-$(PYTHON_TAG)-*.whl))))
 
-.PHONY: demo test check-all docs sanitize fuzz bench bench-versions bench-scale bench-monitor bench-contact bench-view check format stubs schema wheel sdist deb clean
+.PHONY: demo test check-all docs sanitize fuzz bench bench-versions bench-scale bench-monitor bench-contact check format stubs schema three wheel sdist deb clean
 .DELETE_ON_ERROR:
 
 demo: $(if $(WHEEL),.venv/wheel,.venv/built)
@@ -100,9 +99,6 @@ bench-monitor: .venv/built
 bench-contact: .venv/built
 	$(BIN)/python python/bench/contact.py --out out/contact.md $(BENCH)
 
-bench-view: .venv/built .venv/browser
-	$(BIN)/python python/bench/frames.py --out out/frames.md $(BENCH)
-
 check: .venv/built
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
@@ -114,6 +110,12 @@ format: .venv/built
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
 	$(BIN)/clang-format -i $$(git ls-files '*.hpp' '*.cpp')
+
+# The drawing library of `energymargin view`, from npm: what tools/three.js names of it, in one file.
+three:
+	@rm -rf build/three && mkdir -p build/three && cp tools/three.js build/three/
+	cd build/three && npm install --silent three@0.187 esbuild@0.28 && npx esbuild three.js --bundle --minify --format=iife \
+	  --global-name=THREE --outfile=$(CURDIR)/python/energymargin/look/viewer/three.min.js
 
 # The schema of problem files, after a change of what they hold.
 schema: .venv/built

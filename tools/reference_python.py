@@ -77,7 +77,7 @@ def _is_short(module: ModuleType) -> bool:
 def _class(name: str, kind: type) -> Iterator[str]:
     signatures, made = _doc(vars(kind).get("__init__"), kind.__name__)
     about = inspect.getdoc(kind) or ""
-    if not signatures and inspect.isfunction(vars(kind).get("__init__")):
+    if not signatures and inspect.isfunction(inspect.unwrap(vars(kind).get("__init__"))):
         signatures = [_signature(kind).removesuffix(" -> None")]
     yield from _code(name, [] if issubclass(kind, BaseException) else signatures)
     yield from (markdown("" if about.startswith(MADE_BY_PYTHON) else about, signatures), "")
@@ -128,7 +128,7 @@ def _doc(function: Any, name: str) -> tuple[list[str], str]:
     """Signatures that a compiled function's docstring begins with, and what comes below."""
     text = inspect.getdoc(function) or ""
     found = re.match(rf"(?:{name}|__init__)(\(.*\)(?: -> .*)?)\n?", text)
-    if not found or inspect.isfunction(function):
+    if not found or inspect.isfunction(inspect.unwrap(function)):
         return [], text
     return [_short(found[1]).replace(" -> None", "")], text[found.end() :].strip()
 

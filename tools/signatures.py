@@ -33,8 +33,10 @@ def public() -> Iterator[tuple[str, Any]]:
         found = getattr(em, name)
         if inspect.ismodule(found):
             inside = [(f"em.{name}.{one}", getattr(found, one)) for one in found.__all__]
-            yield from ((full, one) for full, one in inside if inspect.isfunction(one))
-        elif inspect.isfunction(found):
+            yield from (
+                (full, one) for full, one in inside if inspect.isfunction(inspect.unwrap(one))
+            )
+        elif inspect.isfunction(inspect.unwrap(found)):
             yield f"em.{name}", found
 
 

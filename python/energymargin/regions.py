@@ -21,6 +21,7 @@ from energymargin._core.regions import (
     Tilt,
     Touching,
 )
+from energymargin.base.calls import explained
 
 __all__ = [
     "AnnularSector",
@@ -36,3 +37,5 @@ __all__ = [
     "Tilt",
     "Touching",
 ]
+
+globals().update({name: explained(globals()[name], name) for name in __all__ if name != "Region"})

@@ -139,7 +139,7 @@ TEST(Feedback, ForceOfAStepIsTheMeanOverItsSubsteps) {
     ball.surface = Surface{};
     ball.surface->restitution = restitution;
     scene.add_body(ball);
-    scene.add_body(body("scale", Sphere{0.05}, 1.0, {5.0, 0.0, 0.5}));
+    scene.add_body(body("scale", Sphere{0.05}, 1.0, {5.0, 0.0, 100.0}));
     const int steps = 480;
     const State state = after(scene, plan_with(weighed(scene, "force(ball, table)")), steps);
     const int speed = StateLayout(scene).offset(2) + StateLayout::velocities_of_body;

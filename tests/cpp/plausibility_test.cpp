@@ -20,7 +20,8 @@ Problem on_table(double mass, double height = 0.0) {
   table.shape = Plane{};
   scene.add_body(table);
   scene.add_body(body("box", Box{{0.04, 0.04, 0.04}}, mass, {0.0, 0.0, 0.02 + height}, Role::object));
-  Problem problem = problem_of(scene, {1.0, 1.0, 0.0}, Vector3::Zero(), 0.2, regions::Disc{"box"});
+  Problem problem =
+      problem_of(scene, {1.0, 1.0, 0.0}, Vector3::Zero(), 0.2, regions::Disc{"box", Vector2::Zero(), 0.1});
   validate(problem);
   return problem;
 }
@@ -39,6 +40,20 @@ TEST(Plausibility, EachWarningSaysWhatItIsOfAndTheValue) {
   EXPECT_EQ(warnings[0].about, "body 'box': mass");
   EXPECT_EQ(warnings[0].text.rfind("body 'box': mass is 200 kg, ", 0), 0u) << warnings[0].text;
   EXPECT_NE(warnings[1].text.find("0.05 m"), std::string::npos) << warnings[1].text;
+}
+
+TEST(Plausibility, TimesForcesAndSetsOfAnotherUnitAreWarnedOf) {
+  Problem slip = on_table(0.1);
+  slip.captured = regions::Disc{"box", Vector2::Zero(), 0.05};
+  slip.force = {990.0 * 0.981, 0.0, 0.0};
+  slip.horizon = 60.0;
+  EXPECT_TRUE(implausible(slip).empty());
+  slip.force = {1010.0 * 0.981, 0.0, 0.0};
+  slip.horizon = 61.0;
+  slip.captured = regions::Disc{"box", Vector2::Zero(), 0.4};  // ten times the box's reach is 0.35 m
+  EXPECT_EQ(abouts(implausible(slip)), (std::vector<std::string>{"horizon", "force", "captured"}));
+  slip.captured = slip.captured & regions::Ball{"box", Vector3::Zero(), 0.1};
+  EXPECT_EQ(abouts(implausible(slip)), (std::vector<std::string>{"horizon", "force"}));
 }
 
 TEST(Plausibility, WarningIsOfTheSameInAllStatesOfAScene) {

@@ -7,6 +7,7 @@
 #include <set>
 #include <stdexcept>
 #include <utility>
+#include <variant>
 
 #include "base/check.hpp"
 #include "energymargin/kinematics.hpp"
@@ -22,6 +23,14 @@ using Warnings = std::vector<Warning>;
 constexpr double joint_mass_ratio = 1e3;
 // What is in a loop turns by this in a step: the ways of the loop's ends are no longer nearly straight.
 constexpr double loop_spin = 0.3;  // [rad]
+// A plan's rows are a controller's, of milliseconds; a question is about the seconds of a manipulation.
+constexpr double longest_row = 2.0;       // of several in a plan [s]
+constexpr double longest_horizon = 60.0;  // [s]
+// A hand that pushes an object away does it with a few times its weight; in millinewtons it is a thousand times.
+constexpr double most_weights = 1000.0;
+constexpr double usual_gravity = 9.81;  // of the weight where there is none [m/s^2]
+// A set so much larger than all that there is holds an object that has left long ago.
+constexpr double most_reaches = 10.0;
 
 std::string of_body(const Body& body, const std::string& quantity) { return "body '" + body.name + "': " + quantity; }
 
@@ -292,6 +301,73 @@ void check_outside(Warnings& warnings, const Problem& problem) {
        "the capture set, so that it has escaped before the search begins: start_outside=True says that it is meant");
 }
 
+void check_times(Warnings& warnings, const Problem& problem) {
+  const auto check = [&](const std::string& about, double time, double most, const std::string& what) {
+    if (time > most)
+      warn(warnings, about, text(time) + " s", "a long time for " + what + ": was it meant in milliseconds?");
+  };
+  check("duration", problem.duration, plausible::duration, "one push of a disturbance, the longest edge of the search");
+  const Plan* plan = problem.plan ? &*problem.plan : nullptr;
+  if (plan && plan->rows() > 1) check("the plan's step", plan->step, longest_row, "one of its rows");
+  check("horizon", problem.horizon.value_or(plan ? plan->duration() : 0.0), longest_horizon,
+        "whether an object stays where it is");
+}
+
+void check_force(Warnings& warnings, const Problem& problem) {
+  double heaviest = 0.0;
+  for (const std::size_t object : problem.scene.with_role(Role::object)) {
+    heaviest = std::max(heaviest, problem.scene.bodies()[object].mass);
+  }
+  const double most = problem.force.maxCoeff(), pull = problem.scene.gravity().norm();
+  const double weight = heaviest * (pull > 0.0 ? pull : usual_gravity);
+  if (!(most > most_weights * weight) || weight == 0.0) return;
+  warn(warnings, "force", text(problem.force) + " N",
+       "more than " + text(most_weights) + " times the weight of an object, " + text(weight) +
+           " N: nothing holds against that; was it meant in millinewtons, or the mass in grams?");
+}
+
+// Radius or half of the least edge of the largest ball, disc or box that a set is made of; 0 if it has none.
+struct LargestPart {
+  double of(const Region& region) const { return std::visit(*this, region.expression()); }
+  double operator()(const regions::Ball& ball) const { return ball.radius; }
+  double operator()(const regions::Disc& disc) const { return disc.radius; }
+  double operator()(const regions::Box& box) const { return 0.5 * box.size.minCoeff(); }
+  double operator()(const regions::Intersection& set) const {
+    double least = 0.0;
+    for (const Region& part : set.of) {
+      const double size = of(part);
+      if (size > 0.0 && (least == 0.0 || size < least)) least = size;
+    }
+    return least;
+  }
+  double operator()(const regions::Union& set) const {
+    double most = 0.0;
+    for (const Region& part : set.of) most = std::max(most, of(part));
+    return most;
+  }
+  template <typename Other>
+  double operator()(const Other&) const {
+    return 0.0;
+  }
+};
+
+void check_captured(Warnings& warnings, const Problem& problem) {
+  const Scene& scene = problem.scene;
+  const Kinematics kinematics(scene);
+  const auto at = [&](std::size_t body) { return kinematics(problem.state.data(), body).position; };
+  const Vector3 middle = at(scene.with_role(Role::object).front());
+  double farthest = 0.0;
+  for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
+    const double reach = reach_of(scene.bodies()[i]);
+    if (std::isfinite(reach)) farthest = std::max(farthest, (at(i) - middle).norm() + reach);
+  }
+  const double largest = LargestPart{}.of(problem.captured);
+  if (!std::isfinite(largest) || !(largest > most_reaches * farthest) || farthest == 0.0) return;
+  warn(warnings, "captured", "a set of " + text(largest) + " m around its centre",
+       "more than " + text(most_reaches) + " times as far as all bodies reach, " + text(farthest) +
+           " m: an object that is lost is still in it; was it meant in centimetres or millimetres?");
+}
+
 }  // namespace
 
 std::vector<Warning> implausible(const Scene& scene) {
@@ -319,10 +395,9 @@ std::vector<Warning> implausible(const Scene& scene) {
 
 std::vector<Warning> implausible(const Problem& problem, bool start_outside) {
   Warnings warnings = implausible(problem.scene);
-  if (problem.duration > plausible::duration) {
-    warn(warnings, "duration", text(problem.duration) + " s",
-         "a long time for one push of a disturbance, the longest edge of the search: was it meant in milliseconds?");
-  }
+  check_times(warnings, problem);
+  check_force(warnings, problem);
+  check_captured(warnings, problem);
   const StateLayout layout(problem.scene);
   for (std::size_t i = 0; i < problem.scene.bodies().size(); ++i) {
     const Body& body = problem.scene.bodies()[i];

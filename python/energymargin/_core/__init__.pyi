@@ -1163,7 +1163,7 @@ class Audit:
     @property
     def contacts(self) -> float:
         """
-        Work of the normal impulses at contacts [J]. Impacts lose energy: negative. Positive where links overlap something, which Bullet recovers from by a change of velocity.
+        Work of the normal impulses at contacts [J]. Impacts lose energy: negative. Positive where what overlaps is parted.
         """
     @property
     def damping(self) -> float:
@@ -2233,12 +2233,17 @@ class CaptureProbability:
     @property
     def exit_times(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         """
-        When each rollout leaves the capture set [s], shape (rollouts,), in the order of their numbers: inf if it stays, NaN if it diverged. Empty with rare=True.
+        When each rollout leaves the capture set [s], shape (rollouts,), in the order of their numbers: inf if it stays, NaN if it diverged. Empty with rare=True; with `step` those of the long one.
         """
     @property
     def levels(self) -> float:
         """
         Levels at which replicas split, in the mean of the batches; 0 unless rare.
+        """
+    @property
+    def long_step(self) -> float | None:
+        """
+        The long step that the rollouts took [s]; None if they took that of the scene.
         """
     @property
     def lost(self) -> float:
@@ -2259,6 +2264,11 @@ class CaptureProbability:
     def mean_time(self) -> float:
         """
         Mean time captured within the horizon [s], the restricted mean survival time.
+        """
+    @property
+    def repeated(self) -> int:
+        """
+        Of them, those that took the scene's step too.
         """
     @property
     def rollouts(self) -> int:

@@ -122,7 +122,8 @@ def _lasts(rows: NDArray[np.float64], longer: float) -> NDArray[np.float64]:
 
 
 def _ends(count: int, longer: float) -> NDArray[np.float64]:
-    return np.minimum(longer * np.arange(int(np.ceil(count / longer - ALMOST)) + 1), count)
+    ends = longer * np.arange(int(np.ceil(count / longer - ALMOST)) + 1)
+    return np.asarray(np.minimum(ends, count))
 
 
 def _delay(problem: Problem, name: str, _: str) -> Quantity:

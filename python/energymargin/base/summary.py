@@ -15,6 +15,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import energymargin._core as compiled
+from energymargin.base.calls import explained
 from energymargin.base.checks import shown
 from energymargin.base.table_text import markdown_table
 
@@ -178,6 +179,21 @@ def attach() -> None:
         members = vars(kind) if isinstance(kind, type) else {}
         if "__repr__" not in members and any(isinstance(m, property) for m in members.values()):
             setattr(kind, "__repr__", _text)  # noqa: B010
+        for name in members:
+            if name == "__init__" or name.startswith("add_"):
+                _explain(kind, name)
+
+
+def _explain(kind: type, name: str) -> None:
+    """Lets a compiled method say what a call lacks, and `help` show what a constructor takes."""
+    method = getattr(kind, name)
+    if not (method.__doc__ or "").startswith(f"{name}("):  # it takes no arguments
+        return
+    is_made = name == "__init__"
+    call = explained(method, kind.__name__ if is_made else name)
+    if is_made and "\n\n" not in (method.__doc__ or "").strip():
+        call.__doc__ = f"{method.__doc__}\n{kind.__doc__}"
+    setattr(kind, name, call)
 
 
 def _report(self: Any) -> energymargin.model.scenes.reports.SceneReport:

@@ -73,7 +73,7 @@ app = App(
     2. `energymargin score push.h5 -o push-scores.db`
     3. `energymargin evaluate push-scores.db`
     4. `energymargin report push-scores.db -o report.html`
-    5. `energymargin view push.h5 --scores push-scores.db`
+    5. `energymargin view push.h5 --scores push-scores.db -o push.html`
 
     Which of several plans holds best: `energymargin rank --help`. How much it can take:
     `energymargin limits --help`. Is a scene at rest: `energymargin settle --help`. Where to

@@ -18,8 +18,9 @@ from energymargin.cli.evaluate import print_evaluation
 from energymargin.cli.fields import options_of
 from energymargin.cli.options import WHERE, Where
 from energymargin.cli.places import require_own_folder
+from energymargin.cli.progress import share_bar
 from energymargin.cli.score import scored_run
-from energymargin.cli.terminal import out, say
+from energymargin.cli.terminal import err, out, say
 from energymargin.summary import summary
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 TASK = "push"
 FRAMES = 10
 SEARCH = SearchSettings(nodes=100)
-SUFFIXES = {".h5", ".db", ".md", ".csv", ".png"}
+SUFFIXES = {".h5", ".db", ".md", ".csv", ".png", ".html"}
 
 
 @options_of(SEARCH, "nodes", "seed")
@@ -85,6 +86,13 @@ def demo(
         say(escape("Pictures of all that need matplotlib: pip install 'energymargin[plots]'"))
     else:
         _draw(dataset, labelled, settings, scores, output)
+    if find_spec("skimage") is not None:
+        from energymargin.viewer import view
+
+        with share_bar(err) as tell:
+            page = view(scores, scoring=lambda share: tell("The grips as a page", share))
+        page.save(output / "grips.html")
+        say("Open grips.html there in a browser: the grips turn and play")
     written = sorted(path.name for path in output.iterdir() if path.suffix in SUFFIXES)
     say(f"In {escape(str(output))}/: {', '.join(written)}")
     say(

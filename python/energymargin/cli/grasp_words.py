@@ -146,10 +146,12 @@ def chosen_hand(text: str) -> Hand:
     if "path" in given:
         if isinstance(given.get("frame"), str):
             given["frame"] = FRAMES[one_of("--hand frame", given["frame"], tuple(FRAMES))]
-        for link, pad in given.get("pads", {}).items():
-            given["pads"][link] = _with("--hand pads", Pad, pad)
+        if given.get("pads") is not None:
+            check_type("--hand pads", given["pads"], Mapping, "JSON of links and their pads")
+            pads = given["pads"].items()
+            given["pads"] = {link: _with("--hand pads", Pad, pad) for link, pad in pads}
         return _with("--hand", HandFile, given)
-    if given.get("pads"):
+    if given.get("pads") is not None:
         given["pads"] = _with("--hand pads", Pad, given["pads"])
     return _with("--hand", ParallelGripper, given, _preset("--hand", given, HANDS))
 

@@ -31,7 +31,6 @@ from energymargin.cli.grasp_words import (
 from energymargin.cli.options import Outputs, Where, given, panel
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import TIMED_OUT, err, loading, out, say, warn
-from energymargin.cli.view import serve
 from energymargin.summary import summary
 
 if TYPE_CHECKING:
@@ -44,7 +43,6 @@ STORE, PAGE, PICTURES = ".db", ".html", (".png", ".pdf", ".svg")
 TEXTS = (".csv", ".md")
 COARSE = 0.002  # m; parts that are farther from the mesh are felt by fingers
 SUFFIXES = (STORE, *TEXTS, PAGE, *PICTURES)
-CHOICES = ("best", "doubtful", "worst")
 
 
 def grasps(
@@ -58,7 +56,7 @@ def grasps(
     baselines: Annotated[bool, panel("More figures")] = False,
     output: Outputs = None,
     write: Path | None = None,
-    view: str | None = None,
+    view: Path | None = None,
     overwrite: bool = False,
     rows: Rows = Rows(),
     thing: Thing = Thing(),
@@ -96,12 +94,14 @@ def grasps(
             repeated.
         write: The grasps with their scores, for other tools: .h5 (ACRONYM), .json (GraspGen), .yaml
             (isaac_grasp), .csv.
-        view: See a grasp in a browser at the end: its name, or best, doubtful, worst.
+        view: A page (.html) on which the grasps turn and play, the best first.
         overwrite: Replace files that exist; a .db of scores never is.
     """
     outputs = output or []
     for path in outputs:
         require_free(path, overwrite=overwrite or path.suffix == STORE, suffixes=SUFFIXES)
+    if view is not None:
+        require_free(view, overwrite=overwrite, option="--view", suffixes=[PAGE])
     store = _store(outputs, write)
     executor = runs.executor()
     with loading():
@@ -114,10 +114,6 @@ def grasps(
     disturbance, known = Uniform(strength), chosen_belief(belief)
     tried = chosen_hand(hand), chosen_protocol(protocol)
     found = rows.read(file)
-    if view is not None and view not in (*found.names, *CHOICES):
-        raise ValueError(
-            f"--view is {view!r}, expected {', '.join(CHOICES)}, or a name as {found.names[0]}"
-        )
     with arguments_as_options(OF_OBJECT):
         object = GraspObject.of(found.object, **given(thing))
     _say_read(file, found, object)
@@ -162,7 +158,7 @@ def _store(outputs: Sequence[Path], grasps: Path | None) -> Path | None:
     return stores[0] if stores else None
 
 
-def _import_extras(outputs: Sequence[Path], view: str | None) -> None:
+def _import_extras(outputs: Sequence[Path], view: Path | None) -> None:
     """Imports what pages, pictures and the viewer need: what is missing is told before it is
     computed."""
     suffixes = {path.suffix for path in outputs}
@@ -266,20 +262,14 @@ def _say_stopped(scores: GraspScores, store: Path | None) -> None:
     say(escape(done + (none if store is None else kept)))
 
 
-def _view(scores: GraspScores, which: str) -> None:
-    """Shows a grasp, by its name or one of CHOICES, until Ctrl-C: once the hand has closed, or else
-    open."""
+def _view(scores: GraspScores, path: Path) -> None:
+    """Writes the page on which the grasps turn and play."""
+    from energymargin.cli.progress import share_bar
     from energymargin.viewer import view
 
-    names = scores.grasps.names
-    number = names.index(which) if which in names else getattr(scores, which)
-    with kept_warnings():
-        shown, why = scores.shown(number)
-    if why:
-        why = f"the hand of {names[number]} {why}"
-        say(escape(f"{why}: what you see is the open hand, where the grasp says"))
-    with view(shown) as viewer:
-        serve(viewer, open_browser=False, score=not why)
+    with kept_warnings(), share_bar(err) as tell:
+        view(scores, scoring=lambda share: tell("The page", share)).save(path)
+    say(f"Wrote {escape(str(path))}")
 
 
 def _markdown(scores: GraspScores) -> str:

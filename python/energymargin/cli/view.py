@@ -2,27 +2,24 @@
 
 from __future__ import annotations
 
-import threading
 import webbrowser
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import Parameter
 from rich.markup import escape
 
 from energymargin.base.bars import bar
 from energymargin.cli.fields import as_number
-from energymargin.cli.options import Output, Parameters, PlanWord, chosen_future, panel, parsed
+from energymargin.cli.options import Parameters, PlanWord, chosen_future, panel, parsed
 from energymargin.cli.places import require_free
-from energymargin.cli.terminal import err, leave, loading, say
+from energymargin.cli.progress import share_bar
+from energymargin.cli.terminal import err, loading, say
 
-if TYPE_CHECKING:
-    from energymargin.viewer import Viewer
-
-SIZE = "1400x1250"  # the whole panel is seen
-SERVED = panel("How the page is served")
-PICTURE = panel("A picture instead")
+PAGES, PICTURES = (".html", ".htm"), (".png", ".gif")
+PICTURE = panel("A picture instead of a page")
+SIZE = "1400x900"
 
 
 def view(
@@ -38,28 +35,29 @@ def view(
     plan: PlanWord | None = None,
     scores: Path | None = None,
     run: int | None = None,
-    port: Annotated[int, SERVED] = 8080,
-    open_browser: Annotated[bool, SERVED, Parameter(name="--open")] = False,
-    output: Annotated[Output, PICTURE] = None,
+    every: int | None = None,
+    output: Annotated[Path, Parameter(name=["--output", "-o"])],
+    open_browser: Annotated[bool, Parameter(name="--open")] = False,
     size: Annotated[str, PICTURE] = SIZE,
-    overwrite: Annotated[bool, PICTURE] = False,
+    overwrite: bool = False,
 ) -> None:
-    """See a state with its tree in a browser: move along the trajectory and along the way out, and
-    score what you see. Ctrl-C ends it.
+    """Make a page of a state with its scores, tree, sets and escape: one file that turns and plays
+    in any browser, without a server.
 
-    Example: `energymargin view push`, then open the address that it prints
+    Example: `energymargin view push -o push.html --open`
 
-    A picture: `energymargin view push --trajectory 3 --frame 8 -o push.png`
+    A picture, and one that moves: `energymargin view push --trajectory 3 --frame 8 -o push.png`,
+    `energymargin view push --size 900x500 -o push.gif`
 
-    What is to come: `energymargin view push --frames 5 --plan script`
+    What is to come: `energymargin view push --frames 5 --plan script -o push.html`
 
     Args:
         what: A problem file (.json), a dataset (.h5), or a task's name.
-        trajectory: Which trajectory to begin with, from 0; the first that ends outside of its
-            capture set if not given, or else the first.
+        trajectory: Which trajectory, from 0; the first that ends outside of its capture set if not
+            given, or else the first.
         frame: Which of its frames, from 0; one a quarter of all before its last loss if not given,
             or else the middle one.
-        nodes: Nodes of each search tree, at first: those of --scores, or else 1000.
+        nodes: Nodes of each search tree: those of --scores, or else 1000.
         seed: Seed of a task's trajectories, and of searches: that of --scores, or else 0.
         parameter: A parameter of the task: NAME=VALUE; may be repeated.
         frames: Ask of each state of a dataset or a task whether it stays captured over the next so
@@ -68,66 +66,44 @@ def view(
             hold, it goes on as it moves; none, it coasts.
         scores: Scores of the dataset, from `score`, which are shown too.
         run: Which run, if there are several; `energymargin export` lists them.
-        port: Where this machine finds it; the next free port if that is taken.
+        every: Also every so many frames of the trajectory, to choose from on the page.
+        output: The page (.html), a picture of it (.png), or what it plays first (.gif).
         open_browser: Open the page in your browser.
-        output: Draw the page into this PNG file instead of serving it.
         size: Size of the picture: WIDTHxHEIGHT in pixels.
         overwrite: Replace the file if it exists.
     """
     pixels = _size(size)
-    if output is not None:
-        require_free(output, overwrite=overwrite, suffixes=[".png", ".PNG"])
-        if find_spec("playwright") is None:  # before the search, not after it
-            raise ImportError("-o draws with Playwright: pip install 'energymargin[screenshot]'")
+    require_free(output, overwrite=overwrite, suffixes=[*PAGES, *PICTURES])
+    if output.suffix in PICTURES and find_spec("playwright") is None:  # before the search
+        needs = "needs Playwright: pip install 'energymargin[screenshot]'"
+        raise ImportError(f"a {output.suffix} {needs}")
     with loading():
-        from energymargin.viewer import view as open_viewer
+        from energymargin.viewer import view as page_of
 
-    with bar(f"Generating {what}", "trajectories") as progress:
-        viewer = open_viewer(
+    with bar(f"Generating {what}", "trajectories") as progress, share_bar(err) as tell:
+        page = page_of(
             what,
             parameters=parsed(parameter),
             trajectory=trajectory,
             frame=frame,
+            every=every,
             nodes=nodes,
             seed=seed,
             future=chosen_future(frames, plan),
             scores=scores,
             run=run,
-            port=port,
             progress=progress,
+            scoring=lambda share: tell("Scoring", share),
         )
-    with viewer:
-        if output is None:
-            serve(viewer, open_browser=open_browser)
-        else:
-            _draw(viewer, output, pixels)
-            return
-    leave(0)
+    if output.suffix in PICTURES:
+        from energymargin.look.viewer.browser import draw_page
 
-
-def serve(viewer: Viewer, *, open_browser: bool, score: bool = True) -> None:
-    """Serves the page until Ctrl-C, which is the usual way to end it, and so no error; with `score`
-    it scores what it shows first."""
-    if score:
-        viewer.page.score()
-    say(f"Open [bold]{viewer.url}[/] in a browser. Ctrl-C ends it.")
+        draw_page(page.html, output, pixels)
+    else:
+        page.save(output)
+    say(f"Wrote {escape(str(output))}")
     if open_browser:
-        webbrowser.open(viewer.url)
-    try:
-        threading.Event().wait()
-    except KeyboardInterrupt:
-        say("closed")
-
-
-def _draw(viewer: Viewer, path: Path, size: tuple[int, int]) -> None:
-    from energymargin.cli.progress import share_bar
-    from energymargin.look.viewer.browser import screenshot
-
-    with share_bar(err) as tell:
-        viewer.page.score(lambda share: tell("Scoring", share))
-        viewer.page.wait()
-    screenshot(viewer.url, path, size)
-    say(f"Wrote {escape(str(path))}")
+        webbrowser.open(output.resolve().as_uri())
 
 
 def _size(text: str) -> tuple[int, int]:

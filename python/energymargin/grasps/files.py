@@ -48,9 +48,6 @@ UNREAD = {
 """By their first bytes, formats that are named."""
 YAML = re.compile(rb"(\s|#.*\n|---)*(- +[\w\"']+ *:|[\w\"']+ *:\s*[\w\"'\[{-])")
 """The start of a YAML file: an entry of a list or of a mapping."""
-OF_POSES = (
-    "em.grasps.GraspSet(poses) takes matrices of shape (n, 4, 4), and a table has x,y,z,qx,qy,qz,qw"
-)
 OURS, SCORE, RECORDED = "energymargin/", "probability", "energymargin/recorded"
 
 
@@ -157,10 +154,7 @@ def _content(path: Path, where: Mapping[str, Any]) -> Content:
     if re.search(rb"^(format|grasps)\s*:", start, re.MULTILINE):
         return files_yaml.read(path)
     if YAML.match(start):
-        raise ValueError(
-            "is a YAML file of something else, as of MoveIt, expected isaac_grasp (format: "
-            f"isaac_grasp, grasps:); {OF_POSES}"
-        )
+        raise ValueError(files_yaml.OTHER)
     return files_csv.read(path)
 
 
@@ -168,7 +162,7 @@ def _require_known(start: bytes) -> None:
     """Raises ValueError on the start of a file in a format that is not read, with the way out."""
     for magic, name in UNREAD.items():
         if start.startswith(magic):
-            raise ValueError(f"is {name}, which is not read: {OF_POSES}")
+            raise ValueError(f"is {name}, which is not read: {files_yaml.OF_POSES}")
 
 
 def _chosen(content: Content, where: Mapping[str, Any]) -> Content:

@@ -22,6 +22,13 @@ from energymargin.grasps.content import (
 FORMAT, FRAME = "isaac_grasp", None
 LABEL = "confidence"
 MOST_ENTRIES = 2e7  # of a file whose aliases are written out; a bomb has more
+OF_POSES = (
+    "em.grasps.GraspSet(poses) takes matrices of shape (n, 4, 4), and a table has x,y,z,qx,qy,qz,qw"
+)
+OTHER = (
+    "is a YAML file of something else, as of MoveIt, expected isaac_grasp (format: isaac_grasp, "
+    f"grasps:); {OF_POSES}"
+)
 
 
 def read(path: Path) -> Content:
@@ -38,7 +45,7 @@ def read(path: Path) -> Content:
         raise ValueError("has aliases that stand for more than 20 million entries, expected grasps")
     grasps = whole.get("grasps") if isinstance(whole, dict) else None
     if not isinstance(grasps, dict) or whole.get("format", FORMAT) != FORMAT:
-        raise ValueError("is a YAML file of something else, expected format: isaac_grasp, grasps:")
+        raise ValueError(OTHER)
     if str(whole.get("format_version", "1.0")) not in ("1.0", "1"):
         raise ValueError(f"format_version is {whole['format_version']!r}, expected 1.0")
     rows = [flat(grasp) if isinstance(grasp, dict) else {} for grasp in grasps.values()]

@@ -216,7 +216,7 @@ class HandFile(Hand):
     fingers: Sequence[str]
     frame: ArrayLike = field(default_factory=lambda: np.eye(4))
     closing: float = 1.0
-    pads: Mapping[str, Pad] = field(default_factory=dict)
+    pads: Mapping[str, Pad] | None = None
     options: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -268,7 +268,7 @@ class HandFile(Hand):
     @property
     def text(self) -> dict[str, Any]:
         """As Hand.text."""
-        pads = {link: asdict(pad) for link, pad in self.pads.items()}
+        pads = {link: asdict(pad) for link, pad in (self.pads or {}).items()}
         return {
             "file": hashlib.sha256(Path(self.path).read_bytes()).hexdigest(),
             "close": {name: list(map(float, ends)) for name, ends in self.close.items()},

@@ -168,9 +168,10 @@ def arguments_of(env: Any, model: Any, given: dict[str, Any]) -> dict[str, Any]:
     low, high = getattr(space, "low", None), getattr(space, "high", None)
     seen = env.observation_space
     parts = tuple((name, seen[name].shape) for name in getattr(seen, "spaces", ()))
-    act: Agent | Chunks = Agent(model, seen.shape, space.shape, parts)
+    agent = Agent(model, seen.shape, space.shape, parts)
+    act: Agent | Chunks = agent
     if hasattr(model, "predict_action_chunk"):
-        act = Chunks(act, int(model.config.n_action_steps))
+        act = Chunks(agent, int(model.config.n_action_steps))
         known["memory"] = act.memory
     return {**known, "period": period, "act": act,
             "convert": Bounded(low, high, known.get("convert"))}  # fmt: skip

@@ -59,11 +59,14 @@ class Pad:
         return Surface(**own, patch_radius=min(self.radius, most))
 
 
-def add_pads(bodies: Iterable[dict[str, Any]], pads: Mapping[str, Pad], prefix: str) -> None:
+def add_pads(bodies: Iterable[dict[str, Any]], pads: Mapping[str, Pad] | None, prefix: str) -> None:
     """Gives pads to links: keywords of `Scene.add_body`, which have names behind `prefix`.
 
     Raises ValueError on a link that is not there.
     """
+    if pads is None:
+        return
+    check_type("pads", pads, Mapping, "links and their em.Pad")
     named = {str(keywords["name"]).removeprefix(prefix): keywords for keywords in bodies}
     for link, pad in pads.items():
         check_type(f"pads[{link!r}]", pad, Pad, "an em.Pad")

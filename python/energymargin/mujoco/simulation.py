@@ -57,7 +57,8 @@ class Simulation:
     @property
     def applied(self) -> Vector:
         """Wrenches on all bodies from now on, a view of the row, shape (b, 6) [N, N m]."""
-        return self.row[self.engine.columns.applied_of_whole].reshape(-1, 6)
+        applied: Vector = self.row[self.engine.columns.applied_of_whole].reshape(-1, 6)
+        return applied
 
     @property
     def time(self) -> float:
@@ -93,7 +94,7 @@ class Simulation:
 
     def state(self) -> Vector:
         """State of the scene, shape (n,)."""
-        return self.engine.read(self.row[None])[0]
+        return np.asarray(self.engine.read(self.row[None])[0])
 
     def data(self) -> Any:
         """A `mujoco.MjData` there, whose poses and velocities are refreshed."""

@@ -89,6 +89,12 @@ WARNED = {
     r"mass is 2e-06 kg, which makes .*, lighter than air": lambda: problem(mass=2e-6),
     r"density is 1 kg/m\^3, .* g/cm\^3\? Then write 1000": lambda: problem(density=1),
     r"duration is 200 s, .* milliseconds": lambda: problem(duration=200),
+    r"horizon is 90 s, .* milliseconds": lambda: problem().replace(horizon=90.0),
+    r"the plan's step is 4 s, .* milliseconds": lambda: planned(4.0),
+    r"force is \(0, 2000, 0\) N, more than 1000 times .* 1\.962 N.* millinewtons": lambda: (
+        problem().replace(force=(0, 2000, 0))
+    ),
+    r"captured is a set of 50 m .*, more than 10 times .* centimetres": lambda: problem(radius=50),
     r"body 'cup \d+': orientation is \(1, 0, 0, 0\), a half turn about x": lambda: problem(
         orientation=W_FIRST
     ),
@@ -124,6 +130,13 @@ WARNED = {
         simulated(height=-0.01)
     ),
 }
+
+
+def planned(step):
+    """A tool that goes along a plan of two rows."""
+    tool = {"shape": em.Sphere(0.02), "mass": 0.1, "position": (0, 0.2, 0.02), "role": "effector"}
+    asked = problem(others={"tool": tool})
+    return asked.replace(plan=em.Plan(step, wrenches={"tool": np.zeros((2, 6))}))
 
 
 def on_a_foot(mass, shape=None):

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
+from pages import content_of, floats
 
 import energymargin as em
-from energymargin.evaluate.searches import SearchSettings
 from energymargin.look.viewer import view
-from energymargin.look.viewer.search import score_state
 
 STIFFNESS = 6.0  # N m/rad, of the door's spring
 OPEN = 0.4  # rad
@@ -229,11 +228,8 @@ def test_one_object_on_a_joint_and_a_free_one_have_the_same_bits_on_any_thread()
 
 def test_the_viewer_draws_an_object_on_a_joint_its_tree_and_its_way():
     problem = with_a_cup()
-    with view(problem, nodes=60) as viewer:
-        viewer.page.wait()
-        stage, scored = viewer.page._stage, score_state(problem, SearchSettings(nodes=60))
-        dots, lines = stage.draw_tree(scored, 60)
-        stage.draw_way(scored)
-        assert dots > 60 and lines > 60  # of two objects
-        drawn = set(viewer._server.scene._handle_from_node_name)
-    assert {"/objects/1", "/objects/2", "/edges/lines"} <= drawn
+    content = content_of(view(problem, nodes=60))
+    (shot,) = content["shots"]
+    assert [body["object"] for body in shot["bodies"]].count(True) == 2
+    for drawn, numbers in (("dots", 3), ("edges", 6)):
+        assert len(floats(content, shot[drawn]["points"], -1, numbers)) > 60  # of two objects

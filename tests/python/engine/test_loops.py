@@ -3,12 +3,12 @@
 import mujoco
 import numpy as np
 import pytest
+from pages import content_of, floats
 
 import energymargin as em
 from energymargin import report
 from energymargin.evaluate.searches import SearchSettings
 from energymargin.look.viewer import view
-from energymargin.look.viewer.search import score_state
 from energymargin.store import score_dataset
 from energymargin.tasks.base import inside
 from energymargin.tasks.from_problem import ProblemTask
@@ -241,15 +241,11 @@ def test_objects_in_loops_have_the_same_bits_on_any_thread_and_with_a_plan():
 
 def test_the_viewer_draws_objects_in_loops():
     problem = linkage()
-    with view(problem, nodes=60) as viewer:
-        viewer.page.wait()
-        dots, lines = viewer.page._stage.draw_tree(
-            score_state(problem, SearchSettings(nodes=60)), 60
-        )
-        drawn = set(viewer._server.scene._handle_from_node_name)
-    assert dots > 60
-    assert lines > 60
-    assert {"/objects/3", "/objects/5"} <= drawn  # the rod and the bag
+    content = content_of(view(problem, nodes=60))
+    (shot,) = content["shots"]
+    assert [body["object"] for body in shot["bodies"]].count(True) == 2  # the rod and the bag
+    for drawn, numbers in (("dots", 3), ("edges", 6)):
+        assert len(floats(content, shot[drawn]["points"], -1, numbers)) > 60
 
 
 def test_a_report_shows_objects_in_loops(tmp_path):

@@ -43,13 +43,10 @@ def in_a_store(dataset, path, metrics, future):
 
 def on_the_page(dataset, path):
     """Of the viewer, which is told of the file of scores alone."""
-    with view(dataset, scores=path, trajectory=0, frame=0) as viewer:
-        viewer.page.score()
-        viewer.page.wait()
-        scored = viewer.page.scored
+    (scored,) = view(dataset, scores=path, trajectory=0, frame=0).scored
     found = {"effort": scored.escape.effort}
     if scored.capture is None:
-        return found | scored.values(0, 0.0)
+        return found | scored.values
     force = scored.force.force
     return found | {
         "capture": scored.capture.capture,
@@ -114,9 +111,6 @@ def test_the_page_of_a_margin_along_a_plan_gives_its_scores_again(dataset):
     problem = dataset.problems([0], future=LATER)[0]
     asked = {"rollouts": 9, "nodes": 60, "seed": 3}
     along = em.margin_profile(problem, every=0.5, **asked)
-    with view(along) as viewer:
-        viewer.page.score()
-        viewer.page.wait()
-        scored = viewer.page.scored
+    (scored,) = view(along).scored
     assert scored.probability.captured == along.probabilities[0]
     assert scored.escape.effort == along.efforts[0] < np.inf

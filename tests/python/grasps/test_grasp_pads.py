@@ -1,5 +1,6 @@
 """Soft fingers: what a grip of nearly parallel faces holds, at any step; who has pads."""
 
+import json
 from dataclasses import replace
 from itertools import product
 
@@ -72,6 +73,11 @@ def test_rigid_fingers_are_another_hand_and_say_so():
 def test_a_command_takes_pads():
     assert chosen_hand('{"preset": "panda", "pads": null}').pads is None
     assert chosen_hand('{"preset": "panda", "pads": {"thickness": 0.003}}').pads == em.Pad(0.003)
+    file = {"path": "hand.urdf", "close": {"j": [0, 1]}, "fingers": ["tip"]}
+    assert chosen_hand(json.dumps(file | {"pads": {"tip": {}}})).pads == {"tip": em.Pad()}
+    assert chosen_hand(json.dumps(file | {"pads": None})).pads is None
+    with pytest.raises(ValueError, match=r"--hand pads is \[1\]"):
+        chosen_hand(json.dumps(file | {"pads": [1]}))
     with pytest.raises(ValueError, match=r"--hand pads has 'depth'"):
         chosen_hand('{"preset": "panda", "pads": {"depth": 0.003}}')
 
@@ -85,6 +91,8 @@ def test_links_of_a_file_have_the_pads_that_are_named(tmp_path):
     assert a.surface is None
     assert b.surface.patch_radius == em.Pad(load=30).radius
     assert b.surface.stiffness == 3000
+    with pytest.raises(ValueError, match=r"pads is \['b'\], expected links and their em\.Pad"):
+        built(tmp_path, text, pads=["b"])
     with pytest.raises(ValueError, match="pads has 'c', expected one of a, b"):
         built(tmp_path, text, prefix="my/", pads={"c": em.Pad()})
 

@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[3]
 FOLDER = ROOT / "examples"
 EXAMPLES = sorted(p for p in FOLDER.glob("*.py") if p.with_suffix(".txt").exists())
 FETCH = FOLDER / "05_fetch_push.py"
-NOT_HERE = {"06_ros_node"}  # needs ROS
+APART = {"06_ros_node", "18_cluster"}  # test_ros_node.py, and below
 PROBLEM = ROOT / "tests/golden/problem-grasp.json"
 
 
@@ -28,7 +28,7 @@ def test_an_example_prints_what_stands_beside_it(path):
 
 def test_each_example_is_run_and_named_on_a_page_and_in_the_list():
     names = {path.stem for path in FOLDER.glob("*.py")}
-    run = {path.stem for path in EXAMPLES} | {FETCH.stem} | NOT_HERE
+    run = {path.stem for path in EXAMPLES} | {FETCH.stem} | APART
     assert names == run
     listed = (FOLDER / "README.md").read_text()
     pages = "".join(page.read_text() for page in (ROOT / "docs").rglob("*.md"))
@@ -51,3 +51,14 @@ def test_fetch_push_has_a_score_at_each_step_from_the_state_of_mujoco() -> None:
         scores = [float(score) for score in re.findall(r"captured ([01]\.\d\d) \(", push)]
         assert len(scores) >= 4 and all(0 <= score <= 1 for score in scores)
     assert "pushed to the goal" in pushes[0]
+
+
+@pytest.mark.parametrize(("package", "words"), [("dask_jobqueue", []), ("ray", ["ray"])])
+def test_a_cluster_has_the_bits_of_one_machine(package, words):
+    """Ray is in no extra: 80 MB. Where it is, it is tried."""
+    pytest.importorskip(package)
+    path = FOLDER / "18_cluster.py"
+    done = subprocess.run(
+        [sys.executable, path, *words], check=False, capture_output=True, text=True
+    )
+    assert done.stdout == "12 states, the same bits as on one machine\n", done.stderr

@@ -1,11 +1,12 @@
 """What the viewer shows of problems with a horizon and a plan."""
 
 import dataclasses
-import time
+import json
 
 import numpy as np
 import pytest
 from futures import STEP, carried, falling, resting, two_balls, waving
+from pages import content_of
 
 import energymargin as em
 from energymargin.datasets import Future
@@ -13,7 +14,7 @@ from energymargin.evaluate.futures import undisturbed
 from energymargin.evaluate.searches import SearchSettings
 from energymargin.look.viewer import view
 from energymargin.look.viewer.search import replay, score_state
-from energymargin.look.viewer.sources import profile_scores
+from energymargin.look.viewer.sources import stored_scores
 from energymargin.look.viewer.texts import NAMES, escape_text, future_text, score_table
 from energymargin.store import score_dataset
 
@@ -86,8 +87,7 @@ def test_a_state_that_is_outside_leaves_at_once():
     future = undisturbed(problem)
     assert future.exit == 0.0 and future.exit_moment == 0
     scored = score_state(problem, SearchSettings(nodes=20))
-    assert not scored.empty
-    assert escape_text(scored).count("It is out already") == 1
+    assert "It is out already" in escape_text(scored)
 
 
 def test_a_problem_without_a_horizon_has_no_future():
@@ -105,9 +105,8 @@ def test_a_state_with_a_horizon_is_scored_by_its_probability_and_effort_alone():
     alone = em.capture_probability(problem, rollouts=40, seed=3)
     assert scored.probability.captured == alone.captured
     assert scored.escape.effort == em.escape_effort(problem, nodes=60, seed=3).effort
-    assert scored.complete and scored.tree.states.shape[0] == scored.nodes + 1 == 62
-    values = scored.values(5, rate=7.0)
-    assert values == {
+    assert scored.tree.states.shape[0] == scored.nodes + 1 == 62
+    assert scored.values == {
         "probability": alone.captured,
         "probability/success": scored.probability.success,
     }
@@ -116,7 +115,7 @@ def test_a_state_with_a_horizon_is_scored_by_its_probability_and_effort_alone():
 
 def test_its_table_has_each_probability_with_its_interval():
     scored = score_state(two_balls(), SearchSettings(nodes=20, rollouts=25))
-    table = score_table(scored, 20, 5.0)
+    table = score_table(scored)
     found = scored.probability
     for name, which, value in (
         ("probability", "captured", found.captured),
@@ -127,17 +126,6 @@ def test_its_table_has_each_probability_with_its_interval():
         assert f">{value:.3f}<" in table.partition(row)[2].partition("</tr>")[0]
     assert "25 rollouts" in table and "effort of escape" in table
     assert "capture score" not in table and "nodes" not in table
-
-
-def test_a_search_that_is_stopped_at_once_is_empty_and_not_shown():
-    cancel = em.Cancel()
-    cancel.set()
-    problem = resting()
-    scored = score_state(problem, SearchSettings(nodes=50), None, cancel)
-    assert scored.empty and not scored.complete
-    with view(problem) as viewer:
-        viewer.page._keep(0, 0, scored)
-        assert viewer.page.scored is None
 
 
 def test_the_text_names_horizon_plan_and_exit():
@@ -158,92 +146,20 @@ def test_the_text_names_horizon_plan_and_exit():
     assert "cannot be simulated: too fast" in future_text(problem, None, why="too fast")
 
 
-def test_the_page_of_a_problem_with_a_plan_offers_its_future_and_its_probability():
-    with view(carried(), nodes=30) as viewer:
-        page, panel = viewer.page, viewer.page._panel
-        page.wait()
-        assert "undisturbed it leaves" in panel.future_text.content
-        assert not panel.future.button.disabled
-        assert panel.future.slider.max == len(page._future.times) - 1
-        assert panel.rollouts.visible and not panel.rate.visible
-        assert panel.shown["undisturbed path"].visible
-        nodes = viewer._server.scene._handle_from_node_name
-        assert {"/undisturbed_path/0", "/undisturbed_path/diamond"} <= set(nodes)  # line and exit
-        page.score()
-        page.wait()
-        assert page.scored.probability.rollouts == 30
-        assert "stays captured" in panel.scores.content
-        assert page.scored.escape.effort == 0.0
-        assert "by itself" in panel.escape_text.content
-        assert "undisturbed path" in panel.legend.content
-        assert np.array_equal(panel._curve.data[1], page.scored.probability.curve)
-
-
-def test_the_page_of_a_problem_without_a_horizon_is_as_before():
-    with view(carried().replace(horizon=None, plan=None), nodes=30) as viewer:
-        viewer.page.score()
-        viewer.page.wait()
-        panel = viewer.page._panel
-        assert not panel.rollouts.visible and panel.rate.visible
-        assert not panel.shown["undisturbed path"].visible
-        assert viewer.page.scored.probability is None
-        assert "capture score" in panel.scores.content
-        assert "undisturbed" not in panel.legend.content
-
-
-def test_the_slider_of_the_future_moves_the_bodies_and_its_text():
-    with view(carried()) as viewer:
-        page, panel = viewer.page, viewer.page._panel
-        page.wait()
-        last = len(page._future.times) - 1
-        panel.future.slider.value = last
-        panel.future.draw()  # as a move by hand does
-        assert "0.60 s ahead" in panel.future_text.content
-        where = page._stage._bodies._moving["pusher"].position
-        assert where == pytest.approx(page._future.states[last, 13:16], abs=1e-6)
-
-
-def test_a_replay_of_the_future_ends_at_the_horizon():
-    with view(carried(0.2)) as viewer:
-        page = viewer.page
-        page.wait()
-        page._play(page._panel.future)
-        page._panel.future.join()
-        assert page._panel.future.slider.value == len(page._future.times) - 1
-        assert page._panel.future.button.label == "Replay the future"
-
-
-def test_a_problem_file_with_a_plan_is_viewed_with_it(tmp_path):
-    carried().save(tmp_path / "carried.json")
-    with view(tmp_path / "carried.json") as viewer:
-        viewer.page.wait()
-        assert viewer.page._future.exit == undisturbed(carried()).exit
-
-
 @pytest.fixture(scope="module")
 def dataset():
     return em.datasets.generate("push", trajectories=2, frames=5, seed=1)
 
 
-def scored_page(viewer):
-    viewer.page.score()
-    viewer.page.wait()
-    return viewer.page
-
-
 @pytest.mark.parametrize("plan", ["script", "hold", None])
 def test_the_states_of_a_dataset_are_asked_about_their_future(dataset, plan):
     future = Future(2, plan)
-    with view(dataset, trajectory=1, frame=2, future=future) as viewer:
-        problem = viewer.page._problem
-        assert problem.to_json() == dataset.problems([7], future=future)[0].to_json()
-        assert (problem.plan is None) == (plan is None)
-        viewer.page._panel.frame.value = 4  # behind the end of the script, too
-        end = time.monotonic() + 30
-        while viewer.page._frame != 4 and time.monotonic() < end:
-            time.sleep(0.01)
-        page = scored_page(viewer)
-        assert page.scored.probability.times[-1] == pytest.approx(page._problem.horizon)
+    page = view(dataset, trajectory=1, frame=2, every=2, future=future, nodes=20)
+    for row, scored in zip((5, 7, 9), page.scored, strict=True):  # behind the script's end, too
+        expected = dataset.problems([row], future=future)[0]
+        assert scored.problem.to_json() == expected.to_json()
+        assert (scored.problem.plan is None) == (plan is None)
+        assert scored.probability.times[-1] == pytest.approx(expected.horizon)
 
 
 @pytest.mark.parametrize("common", [False, True])
@@ -258,15 +174,15 @@ def test_live_probabilities_are_those_of_a_stored_run_whose_future_is_taken(
     score_dataset(
         dataset, path, ["probability", "probability/success"], settings=settings, future=future
     )
-    with view(dataset, trajectory=0, frame=1, scores=path) as viewer:
-        page = scored_page(viewer)
-        ((_, stored),) = page._stored.at(1)
-        assert page.scored.values(1, 1.0) == stored
-        assert page.scored.probability.rollouts == 12
-        text = page._panel.scores.content
-        assert text.count(f">{stored['probability']:.3f}<") == 2
-        assert "random wrenches within 2 times the bounds" in text
-        assert np.array_equal(page._along()["probability"], page._stored.curves["probability"][:5])
+    page = view(dataset, trajectory=0, frame=1, scores=path)
+    stored = stored_scores(path, dataset)
+    ((_, values),) = stored.at(1)
+    (scored,) = page.scored
+    assert scored.values == values
+    assert scored.probability.rollouts == 12
+    text = score_table(scored, stored.at(1))
+    assert text.count(f">{values['probability']:.3f}<") == 2
+    assert "random wrenches within 2 times the bounds" in text
 
 
 def test_another_future_than_that_of_the_scores_is_refused(dataset, tmp_path):
@@ -288,53 +204,52 @@ def test_a_frame_whose_future_cannot_be_posed_is_said():
     off = em.datasets.Dataset(
         "push", task.parameters, 0, [dataclasses.replace(recorded, times=recorded.times + 1e-3)]
     )
-    view(dataset, future=Future(1)).close()
+    view(dataset, future=Future(1), nodes=5)
     with pytest.raises(ValueError, match="expected 'hold' or None"):
         view(off, future=Future(1))
 
 
+def test_the_page_of_a_problem_with_a_plan_plays_its_future_and_has_its_probability(tmp_path):
+    problem = carried()
+    problem.save(tmp_path / "carried.json")
+    page = view(tmp_path / "carried.json", nodes=30)
+    (scored,), (shot,) = page.scored, content_of(page)["shots"]
+    future, found = undisturbed(problem), em.capture_probability(problem, rollouts=30)
+    assert scored.probability.captured == found.captured
+    assert scored.escape.effort == 0.0
+    for words in ("undisturbed it leaves", "stays captured", "by itself", "undisturbed path"):
+        assert words in shot["words"]
+    track = next(one for one in shot["tracks"] if one["name"] == "undisturbed future")
+    assert track["times"] == pytest.approx(future.times, abs=1e-4)
+    assert track["times"][-1] == pytest.approx(problem.horizon) and "exit" in shot
+
+
+def test_the_page_of_a_problem_without_a_horizon_has_no_future():
+    page = view(carried().replace(horizon=None, plan=None), nodes=30)
+    (shot,) = content_of(page)["shots"]
+    assert page.scored[0].probability is None
+    assert "capture score" in shot["words"] and "undisturbed" not in json.dumps(shot)
+
+
 def test_the_page_says_why_a_capture_score_says_less_than_it_seems_to():
-    with view(falling(), nodes=300) as viewer:
-        page = scored_page(viewer)
-        warnings = page.scored.capture.warnings
-        assert len(warnings) == 2  # one node has most of the likelihood, and it leaves by itself
-        assert all(warning in page._panel.scores.content for warning in warnings)
+    page = view(falling(), nodes=300)
+    warnings = page.scored[0].capture.warnings
+    assert len(warnings) == 2  # one node has most of the likelihood, and it leaves by itself
+    assert all(warning in content_of(page)["shots"][0]["words"] for warning in warnings)
     assert (
         score_state(carried(), SearchSettings(nodes=5)).capture is None
     )  # and so there is none to warn of
 
 
-def test_scores_along_a_plan_have_the_alongs_disturbance_its_intervals_and_its_efforts():
+def test_scores_along_a_plan_have_the_profile_s_disturbance_and_its_efforts():
     pushes = em.disturbances.Gaussian(force=0.3, correlation_time=0.1)
     along = em.margin_profile(
         strong(carried(0.3)), ahead=0.1, rollouts=30, disturbance=pushes, nodes=50
     )
     assert 0.0 < along.weakest.probability < 1.0
-    with view(along, frame=along.weakest.number) as viewer:
-        page = scored_page(viewer)
-        assert page.scored.probability.captured == along.weakest.probability
-        text = page._panel.scores.content
-        assert "Gaussian(force=0.3" in text
-        assert "scored now" in text and "along the plan" in text
-        times, probability, low, high, now = page._panel._plot.data
-        assert np.array_equal(times, along.times)
-        assert np.array_equal(
-            [probability, low, high], [along.probabilities, along.low, along.high]
-        )
-        assert np.flatnonzero(~np.isnan(now)).tolist() == [along.weakest.number]
-        finite = np.isfinite(along.efforts)
-        assert finite.any() and page._panel._efforts.visible
-        assert np.array_equal(page._panel._efforts.data[1][finite], along.efforts[finite])
-        low, high = page._panel._efforts.scales["y"]["range"]
-        assert low == 0.0 and along.efforts[finite].max() < high
-
-
-def test_scores_that_an_along_has_not_are_no_curves():
-    along = em.margin_profile(carried(0.3), ahead=0.1, rollouts=5, effort=False)
-    assert list(profile_scores(along).curves) == ["probability", "low", "high"]
-    with view(along) as viewer:
-        assert not viewer.page._panel._efforts.visible
-    successful = carried(0.3, succeeded=em.regions.Ball("box", (0.1, 0.0, 0.0), 0.05))
-    for problem, names in ((carried(), ["probability"]), (successful, ["probability", SUCCESS])):
-        with view(problem) as viewer:
-            assert viewer.page._panel.curves == names
+    page = view(along)
+    (scored,), (shot,) = page.scored, content_of(page)["shots"]
+    assert scored.probability.captured == along.weakest.probability
+    assert scored.escape.effort == along.efforts[along.weakest.number]
+    for words in ("Gaussian(force=0.3", "scored now", "along the plan"):
+        assert words in shot["words"]

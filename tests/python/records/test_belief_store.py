@@ -154,7 +154,7 @@ def test_the_viewer_shows_a_low_quantile_beside_the_mean(dataset, path):
     stored = stored_scores(path, dataset, 1)
     (title, mean), (low_title, low) = stored.at(4)
     assert "mean of 3 particles" in title and low_title == "0.1 quantile"
-    table = score_table(None, 0, 5.0, stored.at(4))
+    table = score_table(None, stored.at(4))
     assert f">{mean['capture']:.3f}<" in table and f">{low['capture']:.3f}<" in table
 
 

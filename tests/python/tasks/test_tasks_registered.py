@@ -27,12 +27,10 @@ def test_its_dataset_is_scored_viewed_and_reported(tmp_path):
 
     report.write(scores, tmp_path / "gentle.html", options=report.Options(draws=9, pictures=1))
     assert "gentle" in (tmp_path / "gentle.html").read_text()
-    with viewer.view(path, trajectory=1, frame=2, scores=scores) as seen:
-        seen.page.score()
-        seen.page.wait()
-        problem = em.datasets.load(path).problems([5])[0]
-        direct = em.capture_score(problem, nodes=10, seed=em.stream(3, 5))
-        assert seen.page.scored.capture.capture == direct.capture
+    (seen,) = viewer.view(path, trajectory=1, frame=2, scores=scores).scored
+    problem = em.datasets.load(path).problems([5])[0]
+    direct = em.capture_score(problem, nodes=10, seed=em.stream(3, 5))
+    assert seen.capture.capture == direct.capture
 
 
 def test_it_is_listed_as_of_this_process_and_made_by_workers_of_no_other(tmp_path):

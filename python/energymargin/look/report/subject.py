@@ -143,6 +143,7 @@ def view_command(subject: Subject) -> str:
     if subject.data_path is None:
         return ""
     words = ["energymargin", "view", subject.data_path.name, "--scores", subject.path.name]
+    words += ["-o", f"{subject.data_path.stem}-state.html"]
     return shlex.join([*words, *(["--run", str(subject.run.number)] if subject.runs > 1 else [])])
 
 

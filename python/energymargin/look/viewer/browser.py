@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import io
 import os
 import shutil
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from PIL import Image
 
 from energymargin.base.errors import needs_extra
-from energymargin.base.replacing import replaced
+from energymargin.base.replacing import replace_bytes
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Page
+    from playwright.sync_api import Locator, Page
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 # Drawn without a graphics card, so that a picture is the same on all machines; and nothing is asked
@@ -23,9 +26,9 @@ OPTIONS = (
     *("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic", "--no-first-run"),
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
 )
-HIDDEN = "[class*=mantine-Notification] { display: none !important }"  # such as on slow graphics
 PATIENCE = 60.0  # s
-PAUSE = 400  # ms
+FRAMES, COLORS = 24, 64  # of a GIF
+REST = 1200  # ms, at its end
 
 
 @contextmanager
@@ -53,33 +56,40 @@ def headless_page(size: tuple[int, int] = (1400, 900)) -> Iterator[Page]:
             browser.close()
 
 
-def screenshot(url: str, path: Path, size: tuple[int, int]) -> None:
-    """A picture (PNG) of a page, once it no longer changes.
+def draw_page(html: str, path: Path, size: tuple[int, int]) -> None:
+    """A picture of a page (PNG), or of what it plays first, over and over (GIF).
 
-    Raises ImportError without a browser, TimeoutError if the page does not come to rest,
+    Raises ImportError without a browser, ValueError on a GIF of a page that plays nothing,
     RuntimeError if the browser fails, and OSError if the file cannot be written.
     """
     from playwright.sync_api import Error
 
     with headless_page(size) as page:
         try:
-            page.goto(f"{url}?fixedDpr=1")  # else it is drawn coarser where that is slow
-            page.wait_for_selector("canvas", timeout=1e3 * PATIENCE)
-            page.add_style_tag(content=HIDDEN)
-            picture = _at_rest(page)
+            page.set_content(html, timeout=1e3 * PATIENCE)
+            drawn = _played(page) if path.suffix == ".gif" else _shown(page.locator("body"))
         except Error as error:
             raise RuntimeError(f"the browser gave up: {str(error).splitlines()[0]}") from error
-    with replaced(path) as file:
-        file.write_bytes(picture)
+    replace_bytes(path, drawn)
 
 
-def _at_rest(page: Page) -> bytes:
-    """The page, when it looks the same twice."""
-    end, before = time.monotonic() + PATIENCE, b""
-    while time.monotonic() < end:
-        page.wait_for_timeout(PAUSE)
-        now = page.screenshot(timeout=1e3 * PATIENCE)
-        if now == before and page.get_by_text("Connecting").count() == 0:
-            return now
-        before = now
-    raise TimeoutError(f"the page still changes after {PATIENCE:.0f} s")
+def _shown(part: Locator) -> bytes:
+    return part.screenshot(timeout=1e3 * PATIENCE)
+
+
+def _played(page: Page) -> bytes:
+    """The scene at moments of the first track, evenly in time, as a GIF."""
+    times = page.evaluate("shot.tracks.length ? shot.tracks[0].times : []")
+    if len(times) < 2:
+        raise ValueError("what is a page that plays nothing, expected one with an escape or a plan")
+    moments = np.searchsorted(times, np.linspace(0.0, times[-1], FRAMES + 1)[:-1])
+    pictures = []
+    for moment in [*moments.tolist(), len(times) - 1]:
+        page.evaluate("moment => { byId('moment').value = moment; showMoment(); }", moment)
+        image = Image.open(io.BytesIO(_shown(page.locator("#picture")))).convert("RGB")
+        pictures.append(image.quantize(COLORS, dither=Image.Dither.NONE))
+    each = round(1e3 * times[-1] / FRAMES)
+    look: dict[str, Any] = {"duration": [*[each] * FRAMES, REST], "loop": 0, "optimize": True}
+    file = io.BytesIO()
+    pictures[0].save(file, "gif", save_all=True, append_images=pictures[1:], **look)
+    return file.getvalue()

@@ -1,39 +1,24 @@
-"""The scores of one state with their trees, and what is read off these.
-
-A tree of M nodes begins with the tree of fewer, and does not depend on lambda. So a tree that was
-searched once has the likelihoods of all its first nodes, for any lambda.
-"""
+"""The scores of one state with their trees, and what is read off these."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from cachetools import LRUCache
 from numpy.typing import NDArray
 
 import energymargin as em
-from energymargin.base.metrics import TIMED
+from energymargin.base.metrics import is_likelihood
 from energymargin.look.plots.scenes import lost_objects
 from energymargin.look.plots.trees import most_cost
 
 MOMENTS = 25  # a second of a replay, about what the eye sees
-MOST_CACHED = 2_000_000  # nodes: half a gigabyte of states of one object and effector
-# The scores of eq. 4 to 6, and the set of a problem that each counts nodes in.
-SETS = {
-    "capture": "captured",
-    "success": "succeeded",
-    "capture/any": "captured_any",
-    "success/any": "succeeded_any",
-}
 
 ShareProgress = Callable[[float], None]  # of the share that is done
-Place = tuple[int, int]  # trajectory, frame
 
 
 @dataclass(frozen=True)
@@ -47,15 +32,9 @@ class Scored:
     force: em.ForceScore | None = None
     """None if there is no effector, and so no baseline; and of a problem with a horizon."""
     probability: em.CaptureProbability | None = None
-    """None of a problem without a horizon, or if it was stopped before there was any rollout."""
+    """None of a problem without a horizon."""
     disturbance: Any = None
     """Disturbance of the probability; of no meaning without one."""
-
-    @property
-    def complete(self) -> bool:
-        """Whether no search was stopped."""
-        first = self.probability if self.capture is None else self.capture
-        return first is not None and first.complete and self.escape.complete
 
     @property
     def tree(self) -> em.Tree:
@@ -68,43 +47,13 @@ class Scored:
         return len(self.tree) - 1
 
     @property
-    def size(self) -> int:
-        """Nodes of all trees."""
-        return self.nodes + (0 if self.capture is None else self.escape.nodes)
-
-    @property
-    def empty(self) -> bool:
-        """Whether it was stopped before there was anything."""
-        return self.size == 0 and self.probability is None
-
-    def values(self, nodes: int, rate: float) -> dict[str, float]:
-        """By metric what can be drawn along a trajectory, each from 0 to 1: eq. 4 to 6 of the root
-        and the first `nodes` nodes of the tree at that lambda [1/J] or, with a horizon, of all
-        rollouts."""
-        found = self.probability
-        if self.capture is not None:
-            costs = self.tree.costs[: nodes + 1]
-            weights = np.exp(-rate * (costs - costs.min()))
-            return {
-                name: float(weights[inside[: nodes + 1]].sum() / weights.sum())
-                for name, inside in self.inside.items()
-            }
+    def values(self) -> dict[str, float]:
+        """By metric the likelihoods or, with a horizon, the probabilities, each from 0 to 1."""
+        found = self.capture or self.probability
         if found is None:
             return {}
-        parts = {"success": found.success, "any": None if found.any is None else found.any.captured}
-        values = {name: parts.get(which, found.captured) for name, which in TIMED.items()}
-        return {name: value for name, value in values.items() if value is not None}
-
-    @cached_property
-    def inside(self) -> dict[str, NDArray[np.bool_]]:
-        """Which nodes of the drawn tree are in which set of the problem, each of shape (M + 1,),
-        by the score that counts them: 'capture', and if the problem has such sets 'success',
-        'capture/any' and 'success/any'."""
-        return {
-            name: np.atleast_1d(np.asarray(region.contains(self.problem.scene, self.tree.states)))
-            for name, attribute in SETS.items()
-            if (region := getattr(self.problem, attribute)) is not None
-        }
+        there = filter(is_likelihood, em.searches.metrics_of([self.problem]))
+        return {name: em.searches.value_of(name, found) for name in there}
 
     @cached_property
     def lost(self) -> NDArray[np.bool_]:
@@ -124,16 +73,11 @@ class Scored:
         of the way out."""
         return most_cost(self.problem, self.tree, self.escape.effort)
 
-    def read_off(self) -> None:
-        """Computes what is read off the trees now, which may take a second."""
-        _ = self.inside, self.lost, self.way_out, self.most
-
 
 def score_state(
     problem: em.Problem,
     settings: em.searches.SearchSettings,
     number: int | None = None,
-    cancel: em.Cancel | None = None,
     progress: ShareProgress | None = None,
     *,
     disturbance: Any = None,
@@ -141,15 +85,13 @@ def score_state(
     """All scores of a state; with a horizon, a probability instead of the scores without a clock.
 
     `number` and `disturbance` are as of `metric_search`. progress(share) has the share that is
-    done. Once `cancel` is set, it returns what there is until then.
+    done.
     """
 
     def search(metric: str, begin: float, most: int, **others: Any) -> Any:
         if progress is not None:
             others["progress"] = lambda done: progress(begin + 0.5 * done / most)
-        return em.searches.metric_search(
-            problem, metric, settings, number, cancel=cancel, warn=False, **others
-        )
+        return em.searches.metric_search(problem, metric, settings, number, warn=False, **others)
 
     disturbance = disturbance or settings.disturbance
     capture = force = probability = None
@@ -161,8 +103,7 @@ def score_state(
         asked: dict[str, Any] = {"disturbance": disturbance}
         asked["success"] = problem.succeeded is not None
         asked["by_object"] = problem.captured_any is not None
-        with suppress(em.Cancelled):  # before the first rollout was done
-            probability = search("probability", 0.0, settings.rollouts, **asked)
+        probability = search("probability", 0.0, settings.rollouts, **asked)
     escape = search("effort", 0.5, settings.nodes)
     return Scored(problem, escape, capture, force, probability, disturbance)
 
@@ -202,9 +143,3 @@ def replay(problem: em.Problem, tree: em.Tree, path: Sequence[int]) -> ReplayedW
             states.append(moment.state)
             costs.append(base + moment.effort)
     return ReplayedWay(np.array(times), np.array(states), np.array(costs))
-
-
-def tree_cache(most: int = MOST_CACHED) -> LRUCache[Place, Scored]:
-    """Scored states; once they have more nodes than that, those go that were not looked at for
-    longest. One that has more alone is cached alone."""
-    return LRUCache(most, lambda scored: min(scored.size, most))

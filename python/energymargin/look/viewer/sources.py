@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 import energymargin as em
 from energymargin import MarginProfile, Problem, datasets
 from energymargin.base.checks import check_type
-from energymargin.base.metrics import is_likelihood
 from energymargin.base.reprs import Record
 
 PROBLEM, DATASET = ".json", ".h5"
@@ -178,9 +177,6 @@ class FrameScores(Record):
 
     columns: list[tuple[str, dict[str, NDArray[np.float64]]]]
     """Titles, and the scores of each state by metric; NaN is one that is missing."""
-    curves: dict[str, NDArray[np.float64]]
-    """What is drawn along a trajectory: metrics, and "low" and "high" for the ends of an interval
-    of the first."""
     search: dict[str, Any]
     """Settings with which a search gives the same scores."""
     future: em.datasets.Future | None = None
@@ -197,13 +193,9 @@ class FrameScores(Record):
 def profile_scores(profile: MarginProfile) -> FrameScores:
     """The scores of a margin along a plan, at each of its moments."""
     scores = {"probability": profile.probabilities, EFFORT: profile.efforts}
-    # An effort without a bound has no place in a curve.
-    finite = np.where(np.isfinite(profile.efforts), profile.efforts, np.nan)
-    curves = scores | {"low": profile.low, "high": profile.high, EFFORT: finite}
     search = {name: getattr(profile, name) for name in ("nodes", "seed", "rollouts")}
     search["common_random_numbers"] = True
-    there = {name: values for name, values in curves.items() if not np.isnan(values).all()}
-    return FrameScores([("along the plan", scores)], there, search)
+    return FrameScores([("along the plan", scores)], search)
 
 
 def stored_scores(
@@ -237,5 +229,4 @@ def stored_scores(
         if chosen.with_quantiles:
             low = {m: chosen.quantiles(m, [LOW])[:, 0] for m in chosen.with_quantiles}
             columns.append((f"{LOW:g} quantile", low))
-        curves = {metric: values for metric, values in scores.items() if is_likelihood(metric)}
-        return FrameScores(columns, curves, search, chosen.future)
+        return FrameScores(columns, search, chosen.future)

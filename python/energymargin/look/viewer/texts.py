@@ -1,4 +1,4 @@
-"""The texts of the panel, as HTML. What comes from a file or a user is escaped."""
+"""The texts of a shot, as HTML. What comes from a file or a user is escaped."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from energymargin.base.metrics import TIMED, with_unit
 from energymargin.base.table_text import DASH
 from energymargin.look.plots import styles
 from energymargin.look.viewer.search import Scored
+from energymargin.look.viewer.shots import FUTURE_COLOR
 from energymargin.look.viewer.sources import EFFORT, Frames
-from energymargin.look.viewer.trees import FUTURE_COLOR
 
 INK, PALE = "#3A3A3A", "#F3E3B6"  # of a dot whose colour is its cost; of a ghost on white
 STYLE = "font-size:0.85em;line-height:1.5;padding:0.1em 0.9em 0.4em"
@@ -35,10 +35,11 @@ NAMES = {
 
 def plain(text: str) -> str:
     """A line of text."""
-    return _box(escape(text))
+    return box(escape(text))
 
 
-def _box(*parts: str) -> str:
+def box(*parts: str) -> str:
+    """Parts of HTML in the look of all texts."""
     return f'<div style="{STYLE}">{"".join(parts)}</div>'
 
 
@@ -52,28 +53,22 @@ def frame_text(frames: Frames, frame: int) -> str:
         words.append(f"the trajectory {'succeeds' if frames.success else 'fails'}")
     if frames.captured_any is not None and frames.captured_any[frame]:
         words.append("at least one object captured")
-    return _box(" &middot; ".join(words))
+    return box(" &middot; ".join(words))
 
 
 def score_table(
-    scored: Scored | None,
-    nodes: int,
-    rate: float,
-    stored: Sequence[tuple[str, Mapping[str, float]]] = (),
+    scored: Scored | None, stored: Sequence[tuple[str, Mapping[str, float]]] = ()
 ) -> str:
-    """The scores of the tree that is shown, of its first `nodes` nodes at this lambda, beside those
-    of a file of scores: columns with their titles."""
+    """The scores of a state beside those of a file of scores: columns with their titles."""
     live: dict[str, float] = {}
     found = None if scored is None else scored.probability
     if scored is not None:
-        live = scored.values(nodes, rate)
-        if scored.escape.nodes > 0 or scored.way_out is not None:  # it may have been stopped before
-            live[EFFORT] = scored.escape.effort
+        live = scored.values | {EFFORT: scored.escape.effort}
         if scored.force is not None:
             live["force"] = scored.force.force
     there = live.keys() | {name for _, values in stored for name in values}
     if not there & NAMES.keys():
-        return plain("Not scored yet.")
+        return ""
     timed = "probability" in there if scored is None else scored.capture is None
     columns = [("scored now" if timed else "this tree", live), *stored]
     rows = []
@@ -88,45 +83,36 @@ def score_table(
             rows.append((title + interval, *texts))
     head = ("", *(title for title, _ in columns))
     if scored is None:
-        return _box(em.summary.Summary("", rows, head).to_html())
+        return box(em.summary.Summary("", rows, head).to_html())
     searches = [one for one in (scored.capture, found, scored.escape) if one is not None]
     warnings = dict.fromkeys(text for search in searches for text in search.warnings)
     lines = [f'<div style="color:{styles.LOST_COLOR}">{escape(text)}</div>' for text in warnings]
-    return _box(em.summary.Summary("", rows, head, [_notes(scored, nodes)]).to_html(), *lines)
+    return box(em.summary.Summary("", rows, head, [_notes(scored)]).to_html(), *lines)
 
 
-def escape_text(scored: Scored | None, moment: int = 0) -> str:
-    """Effort and time of the escape, and of a moment on it."""
-    if scored is None:
-        return plain("Score this state to see its escape.")
+def escape_text(scored: Scored) -> str:
+    """Effort and time of the escape."""
     way = scored.way_out
-    if scored.escape.nodes == 0 and way is None:
-        return plain("Stopped before an escape was searched for.")
     if way is None:
         return plain(f"No escape was found with {_counted(scored.escape.nodes, 'node')}.")
     if len(way.times) == 1:
         return plain("It is out already: no effort is needed.")
     by_itself = ", by itself," if scored.escape.effort == 0.0 else ""
-    return plain(
-        f"Out with {scored.escape.effort:.3g} J{by_itself} in {way.times[-1]:.2f} s. "
-        f"At this moment: {way.costs[moment]:.3g} J, {way.times[moment]:.2f} s."
-    )
+    return plain(f"Out with {scored.escape.effort:.3g} J{by_itself} in {way.times[-1]:.2f} s.")
 
 
-def future_text(
-    problem: em.Problem, future: em.futures.Undisturbed | None, moment: int = 0, why: str = ""
-) -> str:
+def future_text(problem: em.Problem, future: em.futures.Undisturbed | None, why: str = "") -> str:
     """The question's horizon and plan, and what becomes of the objects undisturbed; `why` it
     cannot be simulated."""
     table = em.summary.Summary("", em.futures.future_rows(problem)).to_html()
     if future is None:
-        return _box(table, f"<div>It cannot be simulated: {escape(why)}</div>" if why else "")
+        return box(table, f"<div>It cannot be simulated: {escape(why)}</div>" if why else "")
     words = "undisturbed it stays captured"
     if future.exit is not None:
         words = (
             f'<b style="color:{styles.LOST_COLOR}">undisturbed it leaves at {future.exit:.2f} s</b>'
         )
-    return _box(table, f"<div><b>{future.times[moment]:.2f} s ahead</b> &middot; {words}</div>")
+    return box(table, f"<div>{words}</div>")
 
 
 def drawn_text(dots: int, edges: int) -> str:
@@ -170,20 +156,18 @@ def legend(
         for mark, color, text in marks
     )
     scale = "" if scored is None else _scale(scored)
-    return _box(scale, words)
+    return box(scale, words)
 
 
 def _counted(number: int, thing: str) -> str:
     return f"{number:,} {thing}{'s' * (number != 1)}"
 
 
-def _notes(scored: Scored, nodes: int) -> str:
+def _notes(scored: Scored) -> str:
     """How many nodes or rollouts are behind the scores, and under which disturbance."""
     notes, found = [], scored.probability
     if scored.capture is not None:
-        counted = "capture and success count" if "success" in scored.inside else "it counts"
-        of = _counted(scored.nodes, "node")
-        notes.append(f"{counted} {min(nodes, scored.nodes):,} of {of}")
+        notes.append(f"of {_counted(scored.nodes, 'node')}")
         if scored.force is None:
             notes.append("no effector, so no force score")
     elif found is not None:
@@ -195,7 +179,7 @@ def _notes(scored: Scored, nodes: int) -> str:
         notes.append(f"{_counted(found.rollouts, 'rollout')}{diverged} under {words}")
         notes.append("95 % intervals")
         notes.append(f"captured for {found.mean_time:.3g} s on average")
-    return "; ".join([*notes, *([] if scored.complete else ["stopped early"])])
+    return "; ".join(notes)
 
 
 def _scale(scored: Scored) -> str:

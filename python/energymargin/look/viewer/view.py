@@ -1,101 +1,56 @@
-"""A viewer of problems, datasets and tasks."""
+"""Pages of problems, datasets, tasks and grasps."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
-import rich
-import viser
+import numpy as np
 
 import energymargin as em
 from energymargin.base.checks import whole_number
-from energymargin.base.closing import Closing
-from energymargin.look.viewer import sources
+from energymargin.look.viewer import sources, texts
+from energymargin.look.viewer.grasps import page_of_grasps
 from energymargin.look.viewer.page import Page
-
-HOST, PORT = "127.0.0.1", 8080  # only this machine reaches it
-
-
-class Server(viser.ViserServer):
-    """A server that no browser can ask for a public tunnel."""
-
-    def request_share_url(self, verbose: bool = True) -> None:
-        """Refuses it."""
-
-
-class Viewer(Closing):
-    """A page that is served to this machine until `close`; browsers may come and go."""
-
-    def __init__(self, source: sources.StateSource, port: int = PORT, **options: Any) -> None:
-        """Serves it at the port or the first free one behind it; `options` are those of Page."""
-        self._source, self._closed = source, False
-        with _silent():
-            self._server = Server(HOST, port, verbose=False)
-        self.port = self._server.get_port()
-        try:
-            self.page = Page(self._server, source, **options)
-        except BaseException:
-            self._stop()
-            raise
-
-    @property
-    def url(self) -> str:
-        """Where a browser of this machine finds it."""
-        return f"http://{HOST}:{self.port}/"
-
-    def close(self) -> None:
-        """Ends its searches, and no longer serves it."""
-        self._closed = True
-        self.page.close()
-        self._stop()
-
-    def _stop(self) -> None:
-        with _silent():
-            self._server.stop()
-        self._source.close()
-
-    def __repr__(self) -> str:
-        """Where it is."""
-        return f"<Viewer of {self._source.title} at {self.url}>"
-
-    def _repr_html_(self) -> str:
-        if self._closed:
-            return "<p>This viewer is closed.</p>"
-        return f'<iframe src="{self.url}" width="100%" height="600" style="border:0"></iframe>'
+from energymargin.look.viewer.search import Scored, ShareProgress, score_state
+from energymargin.look.viewer.shots import Blobs, Shot
 
 
 def view(
-    what: em.Problem | em.datasets.Dataset | em.MarginProfile | str | os.PathLike[str],
+    what: em.Problem
+    | em.datasets.Dataset
+    | em.MarginProfile
+    | em.grasps.GraspScores
+    | str
+    | os.PathLike[str],
     *,
     parameters: Mapping[str, Any] | None = None,
     trajectory: int | None = None,
     frame: int | None = None,
+    every: int | None = None,
     nodes: int | None = None,
     seed: int | None = None,
     future: em.datasets.Future | None = None,
     scores: str | os.PathLike[str] | None = None,
     run: int | None = None,
-    port: int = PORT,
     progress: Callable[[int, int], None] | None = None,
-) -> Viewer:
-    """Serves a page that shows a problem, a dataset, the file of one, a task, or a margin along a
-    plan.
-
-    `viewer.page.score()` scores the frame that is shown, as the button of the page does. Only
-    this machine reaches the page; all who can use the machine can use it.
+    scoring: ShareProgress | None = None,
+) -> Page:
+    """A page that shows a state with its scores, its search tree, its sets and its escape: it
+    turns and plays, in one file.
 
     Args:
         what: a problem, a dataset, a path to the file of one, the name of a task, of which
-            trajectories are generated, or a MarginProfile, whose moments are the frames.
+            trajectories are generated, a MarginProfile, whose moments are the frames, or scores of
+            grasps: then the page shows the ranked grasps, and takes no other argument.
         parameters: of the task.
-        trajectory: the one that is shown first, from 0. None takes the first one that ends outside
-            of its capture set, or else the first.
+        trajectory: the one that is shown, from 0. None takes the first one that ends outside of its
+            capture set, or else the first.
         frame: of that trajectory, from 0. None takes one a quarter of all frames before its last
             loss, the middle one without a loss, or the weakest moment of a MarginProfile.
+        every: also every so many frames of the trajectory, from its first on. Each is scored.
         nodes: nodes of each search tree. None takes those of `scores` or of a MarginProfile, or
             else 1000.
         seed: of searches and of a task's trajectories. None takes that of `scores`
@@ -106,22 +61,25 @@ def view(
             about each state as it is.
         scores: a file of scores of the dataset, to compare with.
         run: which of its runs, if there are several.
-        port: where it is served; if it is taken, at the next one that is free.
         progress: progress(done, total) counts the trajectories of a task that are generated.
+        scoring: scoring(share) is called with the share of the scoring that is done.
 
     Returns:
-        The viewer, which serves the page until `close`.
+        The page: `save` writes it, and a notebook shows it.
 
     Raises:
         ValueError: on bad input.
         OSError: on files that cannot be read.
     """
-    whole_number("port", port, 1, 65535)
+    if isinstance(what, em.grasps.GraspScores):
+        return page_of_grasps(what, scoring)
     if run is not None and scores is None:
         raise ValueError(f"run is {run}, but there are no scores that it is of")
     for name, number in {"trajectory": trajectory, "frame": frame}.items():
         if number is not None:
             whole_number(name, number, 0)
+    if every is not None:
+        whole_number("every", every, 1)
     given = {name: n for name, n in {"nodes": nodes, "seed": seed}.items() if n is not None}
     source = sources.source_of(what, parameters, seed=seed or 0, progress=progress)
     try:
@@ -129,22 +87,71 @@ def view(
         source = _asked(source, future if scores is None or stored is None else stored.future)
         settings = em.searches.SearchSettings(**({} if stored is None else stored.search) | given)
         trajectory, frame = sources.first_frame(source, trajectory, frame)
-    except BaseException:
-        source.close()
-        raise
-    start = {"trajectory": trajectory, "frame": frame}
-    return Viewer(source, port, stored=stored, settings=settings, **start)
-
-
-@contextmanager
-def _silent() -> Iterator[None]:
-    """Silences viser, which prints where it serves and when it stops and has no option for it."""
-    console = rich.get_console()
-    before, console.quiet = console.quiet, True
-    try:
-        yield
+        frames = source.frames(trajectory)
+        if not frame < len(frames.times):
+            raise ValueError(f"frame is {frame}, expected 0 to {len(frames.times) - 1}")
+        title = source.title
+        if source.trajectories > 1:
+            title += f", trajectory {trajectory}"
+        others = () if every is None else range(0, len(frames.times), every)
+        numbers = sorted({frame, *others})
+        blobs, scored = Blobs(), list(_scored(frames, numbers, settings, scoring))
+        shots = [
+            _shot(blobs, frames, n, one, [] if stored is None else stored.at(frames.first + n))
+            for n, one in zip(numbers, scored, strict=True)
+        ]
+        return Page(title, shots, blobs.texts(), first=numbers.index(frame), scored=scored)
     finally:
-        console.quiet = before
+        source.close()
+
+
+def _scored(
+    frames: sources.Frames,
+    numbers: list[int],
+    settings: em.searches.SearchSettings,
+    scoring: ShareProgress | None,
+) -> Iterator[Scored]:
+    """The scores of these frames, one after the other."""
+    for done, frame in enumerate(numbers):
+
+        def tell(share: float, done: int = done) -> None:
+            if scoring is not None:
+                scoring((done + share) / len(numbers))
+
+        place = None if frames.numbers is None else frames.numbers[frame]
+        what = frames.problem(frame), settings, place, tell
+        yield score_state(*what, disturbance=frames.disturbance)
+
+
+def _shot(
+    blobs: Blobs,
+    frames: sources.Frames,
+    frame: int,
+    scored: Scored,
+    stored: list[tuple[str, dict[str, float]]],
+) -> dict[str, Any]:
+    """A frame of a trajectory with its scores, beside those of a file."""
+    problem, times = scored.problem, frames.times
+    name = f"{times[frame]:.2f} s"
+    name += "".join(f", {metric} {value:.2f}" for metric, value in [*scored.values.items()][:1])
+    shot = Shot(blobs, name, problem, frames.states)
+    drawn, (dots, edges) = shot.add_sets(), shot.add_search(scored)
+    words, future = [texts.frame_text(frames, frame)], None
+    if problem.horizon is not None:
+        why = ""
+        try:
+            future = em.futures.undisturbed(problem)
+            shot.add_future(future)
+        except RuntimeError as error:  # it diverges
+            why = str(error)
+        words.append(texts.future_text(problem, future, why))
+    if len(times) > 1 and np.isfinite(frames.states).all():
+        captions = [f"t = {time:.2f} s" for time in times]
+        shot.add_track("trajectory", frames.states, times - times[0], captions)
+    words += [texts.score_table(scored, stored), texts.escape_text(scored)]
+    words += [texts.legend(problem, scored, future), texts.drawn_text(dots, edges)]
+    words.append(texts.sets_text(problem, drawn))
+    return shot.content | {"words": "".join(words)}
 
 
 def _scores_of(

@@ -158,7 +158,7 @@ def from_mjcf(
     gravity = np.array(own_gravity if scene is None else scene.gravity)
     builder = Builder(selection, contacts, roles, at, gravity, prefix, limit)
     new = builder.additions(jointed, tied, self_collision=self_collision)
-    add_pads(new.bodies, pads or {}, prefix)
+    add_pads(new.bodies, pads, prefix)
     new.tendons.extend(tendon_drives(made, tendons, prefix))
     new.disabled.extend((prefix + a, prefix + b) for a, b in pairs)
     new.rows.extend(features.rows(prefix))

@@ -185,7 +185,7 @@ def from_urdf(
         default = link.contact.get("lateral_friction", friction)
         bodies[name] |= {"role": roles.get(name, role), "friction": frictions.get(name, default)}
         bodies[name] |= surface_of(link)
-    add_pads(bodies.values(), pads or {}, prefix)
+    add_pads(bodies.values(), pads, prefix)
     if not self_collision:
         together = {frozenset((joint.parent, joint.child)) for joint in robot.joints.values()}
         pairs += [p for p in combinations(robot.links, 2) if frozenset(p) not in together]
