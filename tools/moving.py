@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 
 import energymargin as em
-from energymargin.look.viewer.browser import draw_page
 
 DOCS = Path(__file__).parent.parent / "docs"
 SIZE = (440, 400)  # pixels
@@ -19,13 +18,13 @@ SIZE = (440, 400)  # pixels
 
 def main() -> None:
     """Draws both."""
-    draw_page(em.viewer.view("push").html, DOCS / "push.gif", SIZE)
+    em.viewer.view("push").draw(DOCS / "push.gif", SIZE)
     hand = em.grasps.ParallelGripper(opening=0.08, pad=(0.02, 0.02), force=6)
     bar = em.grasps.GraspObject(em.Box((0.04, 0.18, 0.03)), mass=0.4, friction=0.7)
     pose = np.diag([1.0, -1.0, -1.0, 1.0])
     pose[1:3, 3] = 0.06, 0.01
     end = em.grasps.score(em.grasps.GraspSet([pose], names=("end",)), hand, bar, "lift", rollouts=1)
-    draw_page(em.viewer.view(end).html, DOCS / "grip.gif", SIZE)
+    em.viewer.view(end).draw(DOCS / "grip.gif", SIZE)
 
 
 if __name__ == "__main__":

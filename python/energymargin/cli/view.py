@@ -96,9 +96,7 @@ def view(
             scoring=lambda share: tell("Scoring", share),
         )
     if output.suffix in PICTURES:
-        from energymargin.look.viewer.browser import draw_page
-
-        draw_page(page.html, output, pixels)
+        page.draw(output, pixels)
     else:
         page.save(output)
     say(f"Wrote {escape(str(output))}")

@@ -13,6 +13,7 @@ FLOORS = ("base", "model", "tasks", "evaluate", "records", "act", "look")
 COMPANIONS = {"grasps", "mujoco", "placing"}  # they stand on the face, and are looked at
 ON_THE_FACE = (
     "act/surrogates",
+    "cli",
     "grasps",
     "look/report",
     "look/viewer",

@@ -59,6 +59,17 @@ class Page:
             raise ValueError(f"path is {str(path)!r}, expected a name with {expected}")
         replace_text(path, self.html)
 
+    def draw(self, path: str | os.PathLike[str], size: tuple[int, int]) -> None:
+        """Draws the page of so many pixels: a picture (.png), or what it plays first, over and over
+        (.gif).
+
+        Raises ImportError without a browser or the extra [screenshot], OSError if it cannot be
+        written.
+        """
+        from energymargin.look.viewer.browser import draw_page
+
+        draw_page(self.html, Path(path), size)
+
     def __repr__(self) -> str:
         """What it shows."""
         return f"<Page of {self.title}: save('page.html') writes it>"
