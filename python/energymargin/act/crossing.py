@@ -360,12 +360,13 @@ class Part:
     def _surprised(self, low: float, high: float) -> bool:
         """Whether an outcome that follows is another one."""
         every = np.arange(self._rule.draws)
+        most = SURPRISES // 2 * (4 if self._asking.turns() else 1)
         for u, follows, expected in (
             (min(max(low, 0.0), 1.0), self._held > low, 1.0),
             (min(max(high, 0.0), 1.0), self._lost < high, 0.0),
         ):
             asked = self._asking.known.get(float(self._number(u)), {})
-            left = [j for j in every[follows] if int(j) not in asked][: SURPRISES // 2]
+            left = [j for j in every[follows] if int(j) not in asked][:most]
             found = self._asking.outcomes(self._number(u), np.array(left, int)) if left else None
             if found is not None and bool((found == 1.0 - expected).any()):
                 return True
@@ -374,7 +375,7 @@ class Part:
     def _moved(self, u: float, by: float, holds: Callable[[int, int, float], bool]) -> float:
         """An end of the interval that draws which were not used before say is one."""
         new = np.arange(self._rule.draws, 2 * self._rule.draws)
-        alpha = self._rule.alpha
+        alpha = self._rule.alpha if self._follow else self._rule.alpha / 2.0  # half is for `side`
         while 0.0 <= u <= 1.0:
             alpha /= 2.0
             found = self._asking.outcomes(self._number(u), new)
