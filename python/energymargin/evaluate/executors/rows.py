@@ -96,7 +96,7 @@ class Work:
         for row in rows:
             if row.error:
                 return row
-        named = {
+        named: dict[str, Any] = {
             name: {metric: value for row in rows for metric, value in getattr(row, name).items()}
             for name in ("scores", "times", "curves")
         }
