@@ -23,10 +23,10 @@ struct FacePoint {
 
 //! Where one looks for contacts of two bodies.
 struct ContactReach {
-  double depth;    // along the normal, of the corners of one face: bodies that are nearer have contacts [m]
-  double early;    // if above 0, bodies that are so near have contacts too, before they touch [m]
-  bool compliant;  // whether the bodies may be pressed in by more than their margins
-  double patch;    // if above 0, the least radius of the patch on which friction acts [m]
+  double depth;        // along the normal, of the corners of one face: bodies that are nearer have contacts [m]
+  double early;        // if above 0, bodies that are so near have contacts too, before they touch [m]
+  bool compliant;      // whether the bodies may be pressed in by more than their margins
+  double patch = 0.0;  // if above 0, the least radius of the patch on which friction acts [m]
 
   double reach() const { return std::max(depth, early); }
 };
