@@ -124,7 +124,7 @@ schema: .venv/built
 	cp build/problem.schema.json cpp/src/problem_io/problem.schema.json
 
 stubs: .venv/built
-	$(BIN)/python -m pybind11_stubgen energymargin._core -o python --enum-class-locations .+:_core
+	$(BIN)/python tools/stubs.py
 
 # The C++ part is built apart from that of the tests: its Bullet and OMPL are built too.
 wheel: .venv/environment

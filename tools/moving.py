@@ -21,9 +21,9 @@ def main() -> None:
     em.viewer.view("push").draw(DOCS / "push.gif", SIZE)
     hand = em.grasps.ParallelGripper(opening=0.08, pad=(0.02, 0.02), force=6)
     bar = em.grasps.GraspObject(em.Box((0.04, 0.18, 0.03)), mass=0.4, friction=0.7)
-    pose = np.diag([1.0, -1.0, -1.0, 1.0])
-    pose[1:3, 3] = 0.06, 0.01
-    end = em.grasps.score(em.grasps.GraspSet([pose], names=("end",)), hand, bar, "lift", rollouts=1)
+    poses = np.array([np.diag([1.0, -1.0, -1.0, 1.0])])
+    poses[0, 1:3, 3] = 0.06, 0.01
+    end = em.grasps.score(em.grasps.GraspSet(poses, names=("end",)), hand, bar, "lift", rollouts=1)
     em.viewer.view(end).draw(DOCS / "grip.gif", SIZE)
 
 

@@ -77,7 +77,8 @@ def _is_short(module: ModuleType) -> bool:
 def _class(name: str, kind: type) -> Iterator[str]:
     signatures, made = _doc(vars(kind).get("__init__"), kind.__name__)
     about = inspect.getdoc(kind) or ""
-    if not signatures and inspect.isfunction(inspect.unwrap(vars(kind).get("__init__"))):
+    constructor = vars(kind).get("__init__")
+    if not signatures and constructor and inspect.isfunction(inspect.unwrap(constructor)):
         signatures = [_signature(kind).removesuffix(" -> None")]
     yield from _code(name, [] if issubclass(kind, BaseException) else signatures)
     yield from (markdown("" if about.startswith(MADE_BY_PYTHON) else about, signatures), "")

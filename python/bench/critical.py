@@ -12,6 +12,7 @@ import argparse
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,8 +54,9 @@ class Case:
                 outcomes ^= key.random(MANY)[numbers] < self.flips
             return np.asarray(outcomes, dtype=float)
 
-        asked = {"probability": ASKED, "confidence": CONFIDENCE}
-        return em.critical_value_of(holds, self.name, self.range, **asked)
+        return em.critical_value_of(
+            holds, self.name, self.range, probability=ASKED, confidence=CONFIDENCE
+        )
 
 
 def _noisy(value: float) -> float:
@@ -124,7 +126,7 @@ def nulls(probability: float, count: int) -> Counter[str]:
     for replica in range(count):
         lucky = np.random.default_rng([replica, 7]).random(MANY) < probability
 
-        def holds(value: float, numbers: Sequence[int], lucky: Values = lucky) -> Values:
+        def holds(value: float, numbers: Sequence[int], lucky: Any = lucky) -> Values:
             return np.asarray(lucky[numbers], dtype=float)
 
         sides[em.critical_value_of(holds, "nothing", (0, 1), probability=ASKED).side] += 1

@@ -150,7 +150,7 @@ def levels_of(problem: em.Problem, rollouts: int, replicates: int) -> Levels:
     equal = truth * (1 - truth) * whole.steps / rollouts
     error = float(np.mean([(p.captured - truth) ** 2 for p in found]))
     error -= truth * (1 - truth) / rollouts  # that of the truth itself
-    trial = np.mean([trial_steps(problem, p, whole.steps / rollouts) for p in found])
+    trial = float(np.mean([trial_steps(problem, p, whole.steps / rollouts) for p in found]))
     steps = float(np.mean([p.steps for p in found]))
     return Levels(
         error * steps / equal,

@@ -18,13 +18,8 @@ class Cancel:
     """
     Ends the long calls that have it as `cancel`, from any thread. It cannot be reset.
     """
-    @staticmethod
-    def __init__(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
-        """
-        __init__(self: energymargin._core.Cancel) -> None
-        
-        Ends the long calls that have it as `cancel`, from any thread. It cannot be reset.
-        """
+    def __init__(self) -> None:
+        ...
     def __repr__(self) -> str:
         ...
     def set(self) -> None:
@@ -58,11 +53,8 @@ class Box:
     """
     A box along the axes of its frame, about its origin.
     """
-    @staticmethod
-    def __init__(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
+    def __init__(self, size: numpy.typing.ArrayLike) -> None:
         """
-        __init__(self: energymargin._core.Box, size: numpy.typing.ArrayLike) -> None
-        
         size: Full edge lengths along x, y, z [m].
         """
     def __repr__(self) -> str:
@@ -78,11 +70,8 @@ class Sphere:
     """
     A sphere about the origin of its frame.
     """
-    @staticmethod
-    def __init__(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
+    def __init__(self, radius: float) -> None:
         """
-        __init__(self: energymargin._core.Sphere, radius: float) -> None
-        
         radius: [m]
         """
     def __repr__(self) -> str:
@@ -98,11 +87,8 @@ class Cylinder:
     """
     A cylinder about its own z axis.
     """
-    @staticmethod
-    def __init__(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
+    def __init__(self, radius: float, length: float) -> None:
         """
-        __init__(self: energymargin._core.Cylinder, radius: float, length: float) -> None
-        
         radius: [m]
         length: Along z [m].
         """
@@ -124,11 +110,8 @@ class Capsule:
     """
     A capsule about its own z axis.
     """
-    @staticmethod
-    def __init__(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
+    def __init__(self, radius: float, length: float) -> None:
         """
-        __init__(self: energymargin._core.Capsule, radius: float, length: float) -> None
-        
         radius: [m]
         length: Of the cylindrical part, along z [m].
         """
@@ -150,11 +133,8 @@ class ConvexHull:
     """
     The convex hull of points in the body's frame.
     """
-    @staticmethod
-    def __init__(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
+    def __init__(self, points: numpy.typing.ArrayLike) -> None:
         """
-        __init__(self: energymargin._core.ConvexHull, points: numpy.typing.ArrayLike) -> None
-        
         points: In the shape's frame [m]; they span a volume.
         """
     def __repr__(self) -> str:
@@ -174,11 +154,8 @@ class Part:
     """
     A solid at its place in a Compound: position [m] and orientation (x, y, z, w).
     """
-    @staticmethod
-    def __init__(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
+    def __init__(self, shape: Box | Sphere | Cylinder | Capsule | ConvexHull, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None) -> None:
         """
-        __init__(self: energymargin._core.Part, shape: energymargin._core.Box | energymargin._core.Sphere | energymargin._core.Cylinder | energymargin._core.Capsule | energymargin._core.ConvexHull, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None) -> None
-        
         shape: The solid.
         position: Of the part in the body's frame [m].
         """
@@ -205,11 +182,8 @@ class MassProperties:
     """
     Volume, centre of mass and inertia of a solid of even density and of the given mass, 1 kg by default. The inertia of another mass is in proportion.
     """
-    @staticmethod
-    def __init__(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
+    def __init__(self, volume: float, center: numpy.typing.ArrayLike, moments: numpy.typing.ArrayLike, axes: numpy.typing.ArrayLike | None = None) -> None:
         """
-        __init__(self: energymargin._core.MassProperties, volume: float, center: numpy.typing.ArrayLike, moments: numpy.typing.ArrayLike, axes: numpy.typing.ArrayLike | None = None) -> None
-        
         volume: [m^3]
         center: Centre of mass in the shape's frame [m].
         moments: Principal moments about the centre of mass [kg m^2].
@@ -247,17 +221,8 @@ class Compound:
     properties, for a mass of 1 kg, of the solid that the parts stand for, as for a mesh; by default those of the parts
     together. Raises ValueError on values that no solid can have.
     """
-    @staticmethod
-    def __init__(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
-        """
-        __init__(self: energymargin._core.Compound, parts: collections.abc.Sequence[energymargin._core.Part | energymargin._core.Box | energymargin._core.Sphere | energymargin._core.Cylinder | energymargin._core.Capsule | energymargin._core.ConvexHull], solid: energymargin._core.MassProperties | None = None) -> None
-        
-        Several solids that move as one.
-        
-        parts: Parts, or solids that stand at the body's frame; without any there is nothing to collide with. solid: the mass
-        properties, for a mass of 1 kg, of the solid that the parts stand for, as for a mesh; by default those of the parts
-        together. Raises ValueError on values that no solid can have.
-        """
+    def __init__(self, parts: collections.abc.Sequence[Part | Box | Sphere | Cylinder | Capsule | ConvexHull], solid: MassProperties | None = None) -> None:
+        ...
     def __repr__(self) -> str:
         """
         Name(property=value, ...)
@@ -280,17 +245,8 @@ class Inertial:
     default the frame's, or those of a frame turned by this unit quaternion (x, y, z, w). Raises ValueError unless it is
     symmetric, positive, and such that a rigid body can have it.
     """
-    @staticmethod
-    def __init__(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
-        """
-        __init__(self: energymargin._core.Inertial, center: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), *, inertia: numpy.typing.ArrayLike, axes: numpy.typing.ArrayLike | None = None) -> None
-        
-        Mass properties of a body, in its frame.
-        
-        center: the centre of mass [m]; inertia: about it, principal moments (3,) or a matrix (3, 3) [kg m^2], along axes, by
-        default the frame's, or those of a frame turned by this unit quaternion (x, y, z, w). Raises ValueError unless it is
-        symmetric, positive, and such that a rigid body can have it.
-        """
+    def __init__(self, center: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), *, inertia: numpy.typing.ArrayLike, axes: numpy.typing.ArrayLike | None = None) -> None:
+        ...
     def __repr__(self) -> str:
         """
         Name(property=value, ...)
@@ -314,11 +270,8 @@ class Surface:
     """
     How a body meets others, beside its friction; by default as a rigid body does.
     """
-    @staticmethod
-    def __init__(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
+    def __init__(self, *, torsional_friction: float = 0.0, rolling_friction: float = 0.0, patch_radius: float = 0.0, restitution: float = 0.0, stiffness: float = 0.0, damping: float = 0.0) -> None:
         """
-        __init__(self: energymargin._core.Surface, *, torsional_friction: float = 0.0, rolling_friction: float = 0.0, patch_radius: float = 0.0, restitution: float = 0.0, stiffness: float = 0.0, damping: float = 0.0) -> None
-        
         torsional_friction: Torque about a contact's normal by its normal force, within the cone of its friction; of two bodies the larger counts [m].
         rolling_friction: As torsional_friction, about the contact's plane [m].
         patch_radius: Radius of the patch over which it spreads what presses at a point; above 0 friction acts in the middle of what two faces share, with the torque of an even pressure; the larger counts [m].
@@ -467,11 +420,8 @@ class Mimic:
     """
     A joint follows another: position = multiplier * (that joint's position) + offset, always.
     """
-    @staticmethod
-    def __init__(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
+    def __init__(self, joint: str, multiplier: float = 1.0, offset: float = 0.0) -> None:
         """
-        __init__(self: energymargin._core.Mimic, joint: str, multiplier: float = 1.0, offset: float = 0.0) -> None
-        
         joint: The joint that is followed: an earlier one that moves and follows no other.
         multiplier: Of that joint's position; not 0.
         offset: [rad] or [m]
@@ -612,11 +562,8 @@ class TendonJoint:
     """
     A joint of a tendon, and how much of its position counts.
     """
-    @staticmethod
-    def __init__(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
+    def __init__(self, joint: str, coefficient: float = 1.0) -> None:
         """
-        __init__(self: energymargin._core.TendonJoint, joint: str, coefficient: float = 1.0) -> None
-        
         joint: One that is not fixed.
         coefficient: Of its position; not 0.
         """
@@ -777,11 +724,8 @@ class Scene:
     """
     Bodies, joints and springs under gravity [m/s^2], and how the physics is stepped.
     """
-    @staticmethod
-    def __init__(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
+    def __init__(self, gravity: numpy.typing.ArrayLike = (0.0, 0.0, -9.81), step: float = 0.004166666666666667, solver_iterations: int | None = None, solver_tolerance: float | None = None, margin: float | None = None, friction_rule: str = 'product', engine: typing.Any = 'native') -> None:
         """
-        __init__(self: energymargin._core.Scene, gravity: numpy.typing.ArrayLike = (0.0, 0.0, -9.81), step: float = 0.004166666666666667, solver_iterations: int | None = None, solver_tolerance: float | None = None, margin: float | None = None, friction_rule: str = 'product', engine: typing.Any = 'native') -> None
-        
         An empty scene.
         
         gravity [m/s^2]. step [s]: of the simulation. solver_iterations: Newton iterations of the contact solver in a step, at most,
@@ -792,11 +736,15 @@ class Scene:
         library's own dynamics), 'bullet' (Bullet's multi-body world) or an em.engines.Engine, whose step has to be the scene's. In Bullet solver_iterations are sweeps, 50 by default, and solver_tolerance is
         the largest squared change of an impulse in the last sweep [N^2 s^2], 1e-7 by default.
         """
-    @staticmethod
-    def add_body(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
+    def __repr__(self) -> str:
+        ...
+    def _repr_html_(self) -> str:
         """
-        add_body(self: energymargin._core.Scene, name: str, shape: energymargin._core.Plane | energymargin._core.Box | energymargin._core.Sphere | energymargin._core.Cylinder | energymargin._core.Capsule | energymargin._core.ConvexHull | energymargin._core.Compound, *, mass: float | None = None, density: float | None = None, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, yaw: float | None = None, velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), angular_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), friction: float = 0.5, surface: energymargin._core.Surface | None = None, surface_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), role: str = 'none', linear_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), angular_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), force: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), linear_damping: float = 0.0, angular_damping: float = 0.0, inertial: energymargin._core.Inertial | None = None, kinematic: bool = False) -> None
-        
+        The method `_repr_html_` of a class that has a summary; text if that cannot be made, for no
+            cell of a notebook fails for its picture.
+        """
+    def add_body(self, name: str, shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound, *, mass: float | None = None, density: float | None = None, position: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, yaw: float | None = None, velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), angular_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), friction: float = 0.5, surface: Surface | None = None, surface_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), role: str = 'none', linear_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), angular_factor: numpy.typing.ArrayLike = (1.0, 1.0, 1.0), force: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), linear_damping: float = 0.0, angular_damping: float = 0.0, inertial: Inertial | None = None, kinematic: bool = False) -> None:
+        """
         Add a body.
         
         position and orientation (unit quaternion x, y, z, w, or a yaw angle about z [rad]) are those of its frame, which is its
@@ -818,11 +766,8 @@ class Scene:
         inertial: Its centre of mass and inertia; unset: those of the shape, of even density.
         kinematic: It goes on as it moves, or as a plan says, whatever it meets: as a body of infinite mass.
         """
-    @staticmethod
-    def add_joint(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
+    def add_joint(self, name: str, *, parent: str, child: str, type: str = 'revolute', axis: numpy.typing.ArrayLike = (0.0, 0.0, 1.0), limits: tuple[float, float] = ..., held: bool = False, target: float | None = None, origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, child_origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), child_orientation: numpy.typing.ArrayLike | None = None, start: float = 0.0, start_velocity: float = 0.0, target_velocity: float = 0.0, stiffness: float = 0.0, damping: float = 0.0, torque_limit: float = ..., mimic: Mimic | None = None, armature: float = 0.0, friction: float = 0.0) -> None:
         """
-        add_joint(self: energymargin._core.Scene, name: str, *, parent: str, child: str, type: str = 'revolute', axis: numpy.typing.ArrayLike = (0.0, 0.0, 1.0), limits: tuple[float, float] = (-inf, inf), held: bool = False, target: float | None = None, origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation: numpy.typing.ArrayLike | None = None, child_origin: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), child_orientation: numpy.typing.ArrayLike | None = None, start: float = 0.0, start_velocity: float = 0.0, target_velocity: float = 0.0, stiffness: float = 0.0, damping: float = 0.0, torque_limit: float = inf, mimic: energymargin._core.Mimic | None = None, armature: float = 0.0, friction: float = 0.0) -> None
-        
         Hang the body `child` on the body `parent`, which makes it a link.
         
         type is 'revolute' (limits and positions in rad), 'prismatic' (in m; a rail) or 'fixed'. The joint's frame is at origin [m]
@@ -837,11 +782,8 @@ class Scene:
         The parent may be fixed, free, kinematic or a link; a body has one parent, joints make no loops, and bodies on joints have no
         locked axes. Bodies that a joint connects do not collide. Raises ValueError on bad values.
         """
-    @staticmethod
-    def add_loop(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
+    def add_loop(self, body_a: str, body_b: str, *, type: str = 'point', point_a: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), point_b: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation_a: numpy.typing.ArrayLike | None = None, orientation_b: numpy.typing.ArrayLike | None = None) -> None:
         """
-        add_loop(self: energymargin._core.Scene, body_a: str, body_b: str, *, type: str = 'point', point_a: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), point_b: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), orientation_a: numpy.typing.ArrayLike | None = None, orientation_b: numpy.typing.ArrayLike | None = None) -> None
-        
         Tie a frame of one body to a frame of another: it closes a loop of joints.
         
         type is 'point' (a ball joint: the frames' origins stay together) or 'weld' (the frames do). point_a, point_b [m] and
@@ -849,40 +791,24 @@ class Scene:
         are pulled together. The bodies still collide unless disable_collisions says otherwise. Raises ValueError on bad values, and
         on two bodies that no force moves.
         """
-    @staticmethod
-    def add_plane(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
+    def add_plane(self, name: str, *, normal: numpy.typing.ArrayLike = (0.0, 0.0, 1.0), offset: float = 0.0, friction: float = 0.5, surface: Surface | None = None, surface_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0)) -> None:
         """
-        add_plane(self: energymargin._core.Scene, name: str, *, normal: numpy.typing.ArrayLike = (0.0, 0.0, 1.0), offset: float = 0.0, friction: float = 0.5, surface: energymargin._core.Surface | None = None, surface_velocity: numpy.typing.ArrayLike = (0.0, 0.0, 0.0)) -> None
-        
         Add the fixed half space below a plane; by default z <= 0.
         """
-    @staticmethod
-    def add_spring(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
+    def add_spring(self, body_a: str, body_b: str, *, point_a: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), point_b: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), stiffness: float, rest_length: float = 0.0, damping: float = 0.0) -> None:
         """
-        add_spring(self: energymargin._core.Scene, body_a: str, body_b: str, *, point_a: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), point_b: numpy.typing.ArrayLike = (0.0, 0.0, 0.0), stiffness: float, rest_length: float = 0.0, damping: float = 0.0) -> None
-        
         Add a spring between a point of one body and a point of another, in their frames.
         
         It pulls with stiffness (length - rest_length) + damping * rate of the length. Raises ValueError on bad values, and on
         a spring too stiff for the scene's step.
         """
-    @staticmethod
-    def add_tendon(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
+    def add_tendon(self, name: str, joints: collections.abc.Mapping[str, typing.SupportsFloat | typing.SupportsIndex], *, limits: tuple[float, float] = ..., target: float | None = None, target_velocity: float = 0.0, stiffness: float = 0.0, damping: float = 0.0, torque_limit: float = ..., friction: float = 0.0) -> None:
         """
-        add_tendon(self: energymargin._core.Scene, name: str, joints: collections.abc.Mapping[str, typing.SupportsFloat | typing.SupportsIndex], *, limits: tuple[float, float] = (-inf, inf), target: float | None = None, target_velocity: float = 0.0, stiffness: float = 0.0, damping: float = 0.0, torque_limit: float = inf, friction: float = 0.0) -> None
-        
         Add a fixed tendon, whose length is the sum of joints' positions, each times a coefficient.
         
         joints: {joint: coefficient}. limits, friction and the control are as those of a joint, along the length; target is by default
         the length at the scene's start. A plan's targets may name it. Raises ValueError on bad values, a fixed joint, and joints on
         more than two chains of links that hang on fixed bodies.
-        """
-    def __repr__(self) -> str:
-        ...
-    def _repr_html_(self) -> str:
-        """
-        The method `_repr_html_` of a class that has a summary; text if that cannot be made, for no
-            cell of a notebook fails for its picture.
         """
     def contact_friction(self, body_a: str, body_b: str) -> float:
         """
@@ -1029,27 +955,6 @@ class Plan:
     or that are not finite.
     """
     @staticmethod
-    def __init__(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
-        """
-        __init__(self: energymargin._core.Plan, step: float, wrenches: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, velocities: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, limits: collections.abc.Mapping[str, tuple[float, float]] = {}) -> None
-        
-        The robot's actions from a problem's state on: K rows in time, each for `step` [s].
-        
-        Args:
-            step: duration of a row [s], at least a step of the scene. Each row begins at the step that is nearest to its time.
-            wrenches: by free or jointed body, shape (K, 6): force [N] and torque [N m] at its centre of mass, along the world's
-                axes.
-            targets: by joint under position control, shape (K,) [rad] or [m].
-            velocities: by free body, shape (K, 6): the velocity of its frame [m/s] and its angular velocity [rad/s]. A motor of
-                limited force keeps the body at them. A kinematic body has them, whatever it meets.
-            limits: of the motors, by body of `velocities`: (force [N], torque [N m]), the largest along and about each axis of the
-                world. By default twice what holds the body and its links against gravity, and that at the body's radius. A kinematic
-                body has none.
-        
-        After the last row motors and wrenches are off, joints keep their targets, and kinematic bodies their velocities. Raises ValueError on rows of unequal number,
-        or that are not finite.
-        """
-    @staticmethod
     def from_json(text: str, policies: collections.abc.Mapping[str, Plan] = {}) -> Plan:
         """
         A plan from JSON text; policies: as of Problem.load. Raises ValueError that names the place and what was expected.
@@ -1060,6 +965,8 @@ class Plan:
         The robot goes on as it moves at a state (n,), for a duration [s]. Free effector bodies, or those that carry one, keep their twist in their own frames; joints under position control keep the scene's targets.
         """
     def __getstate__(self) -> tuple[str, typing.Any, typing.Any]:
+        ...
+    def __init__(self, step: float, wrenches: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, velocities: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, limits: collections.abc.Mapping[str, tuple[float, float]] = {}) -> None:
         ...
     def __repr__(self) -> str:
         ...
@@ -1154,35 +1061,6 @@ class Feedback(Plan):
     Raises ValueError on bad shapes, names and numbers.
     """
     @staticmethod
-    def __init__(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
-        """
-        __init__(self: energymargin._core.Feedback, gains: numpy.typing.ArrayLike, *, observed: collections.abc.Sequence[str], corrected: collections.abc.Sequence[str], states: numpy.typing.ArrayLike | None = None, wrenches: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, velocities: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, motors: collections.abc.Mapping[str, tuple[float, float]] = {}, period: float, delay: int = 0, limits: tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | None = None, start: float = 0.0, noise: numpy.typing.ArrayLike | None = None, step: float | None = None) -> None
-        
-        A plan that the robot corrects by what it observes: u = u_plan(t) + K(t) (x_ref(t) - x).
-        
-        It is a Plan, and goes where a plan goes. A correction acts from one control time to the next; each control time is at the
-        step of the scene that is nearest to it. With a Feedback the last row of the plan stays, so that one row is enough.
-        
-        Args:
-            gains: K, shape (m, n), or (R, m, n) with one a control time, the last of which stays.
-            observed: names of the n numbers x. Of a joint: its position "j" or velocity "j.velocity". Of a body: "b.x", "b.y", "b.z"
-                [m], "b.rx", "b.ry", "b.rz" (rotation vector [rad]), "b.vx" to "b.vz" [m/s], "b.wx" to "b.wz" [rad/s]. Of two bodies:
-                the normal force in the last step, "force(a, b)" [N].
-            corrected: names of the m numbers u. A joint's target "j"; of a wrench "b.fx" to "b.fz" [N], "b.tx" to "b.tz" [N m], at the
-                centre of mass; of a velocity "b.vx" to "b.wz" of a free body.
-            states: x_ref, shape (n,), or (R, n) with a row a control time, the last of which stays; None: zero.
-            targets, wrenches, velocities: u_plan, as of Plan. Wrenches and velocities that are left out are zero.
-            motors: as the `limits` of Plan.
-            period: between two control times [s].
-            delay: control periods from an observation to its correction.
-            limits: (low, high) of u, each (m,), infinite where there is none.
-            start: of the law's time that is over as the plan begins [s].
-            noise: standard deviations of what is added to x in rollouts, (n,) or one for all; None: none. Searches have none.
-            step: of a row of the plan [s]; None: the period.
-        
-        Raises ValueError on bad shapes, names and numbers.
-        """
-    @staticmethod
     def admittance(contacts: collections.abc.Mapping[str, str], *, force: float, compliance: float, period: float, wrenches: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, velocities: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, motors: collections.abc.Mapping[str, tuple[float, float]] = {}, delay: int = 0, limits: tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | None = None) -> Feedback:
         """
         A robot that presses with a force: what it moves goes on, or gives way, until a contact has that force.
@@ -1202,6 +1080,8 @@ class Feedback(Plan):
         """
     def __getstate__(self) -> tuple[str, typing.Any, typing.Any]:
         ...
+    def __init__(self, gains: numpy.typing.ArrayLike, *, observed: collections.abc.Sequence[str], corrected: collections.abc.Sequence[str], states: numpy.typing.ArrayLike | None = None, wrenches: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, targets: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, velocities: collections.abc.Mapping[str, numpy.typing.ArrayLike] = {}, motors: collections.abc.Mapping[str, tuple[float, float]] = {}, period: float, delay: int = 0, limits: tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | None = None, start: float = 0.0, noise: numpy.typing.ArrayLike | None = None, step: float | None = None) -> None:
+        ...
     def __repr__(self) -> str:
         ...
     def __setstate__(self, arg0: tuple[str, typing.Any, typing.Any]) -> None:
@@ -1210,22 +1090,14 @@ class PolicyPlan(Plan):
     """
     A plan whose robot is asked what to do; em.Policy makes it.
     """
-    @staticmethod
-    def __init__(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
-        """
-        __init__(self: energymargin._core.PolicyPlan, act: collections.abc.Callable[[float, int, numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.uint64], numpy.typing.NDArray[numpy.float64]], tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64]]], *, observed: collections.abc.Sequence[str], commanded: collections.abc.Sequence[str], period: float, delay: int, memory: int, noise: numpy.typing.ArrayLike, limits: tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | None, name: str) -> None
-        
-        A plan whose robot is asked what to do; em.Policy makes it.
-        """
+    def __init__(self, act: collections.abc.Callable[[float, int, numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.uint64], numpy.typing.NDArray[numpy.float64]], tuple[typing.Annotated[numpy.typing.ArrayLike, numpy.float64], typing.Annotated[numpy.typing.ArrayLike, numpy.float64]]], *, observed: collections.abc.Sequence[str], commanded: collections.abc.Sequence[str], period: float, delay: int, memory: int, noise: numpy.typing.ArrayLike, limits: tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike] | None, name: str) -> None:
+        ...
 class Contact:
     """
     One point where two bodies touch, and the forces there over the last step.
     """
-    @staticmethod
-    def __init__(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
+    def __init__(self, *, body_a: str, body_b: str, position: numpy.typing.ArrayLike, normal: numpy.typing.ArrayLike, distance: float, normal_force: float, tangential_force: numpy.typing.ArrayLike, friction: float) -> None:
         """
-        __init__(self: energymargin._core.Contact, *, body_a: str, body_b: str, position: numpy.typing.ArrayLike, normal: numpy.typing.ArrayLike, distance: float, normal_force: float, tangential_force: numpy.typing.ArrayLike, friction: float) -> None
-        
         body_a: A body.
         body_b: Another body.
         position: On body_b, in the world [m].
@@ -1443,13 +1315,8 @@ class World:
     """
     One simulation of a Scene, in which the robot follows a plan if there is one. Every result is a pure function of the arguments. Threads may share a world, which answers one at a time.
     """
-    @staticmethod
-    def __init__(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
-        """
-        __init__(self: energymargin._core.World, scene: energymargin._core.Scene, plan: energymargin._core.Plan | None = None) -> None
-        
-        One simulation of a Scene, in which the robot follows a plan if there is one. Every result is a pure function of the arguments. Threads may share a world, which answers one at a time.
-        """
+    def __init__(self, scene: Scene, plan: Plan | None = None) -> None:
+        ...
     def __repr__(self) -> str:
         """
         Name(property=value, ...)
@@ -1514,11 +1381,8 @@ class ForceWeights:
     edges. distance [1/m]: of the distance between object and effector, which the score subtracts. ground_engage and
     ground_stick: as engage and stick, for the object's contacts with everything but the effector.
     """
-    @staticmethod
-    def __init__(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
+    def __init__(self, engage: float = 1.0, stick: float = 1.0, distance: float = 10.0, ground_engage: float = 0.0, ground_stick: float = 0.0) -> None:
         """
-        __init__(self: energymargin._core.ForceWeights, engage: float = 1.0, stick: float = 1.0, distance: float = 10.0, ground_engage: float = 0.0, ground_stick: float = 0.0) -> None
-        
         engage: Of the normal forces between effector and objects [1/N].
         stick: Of their distance to the edge of the friction cone [1/N].
         distance: Taken off per metre between object and effector [1/m].
@@ -1582,36 +1446,6 @@ class Problem:
     another unit, and of a start that falls or is outside of the capture set.
     """
     @staticmethod
-    def __init__(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
-        """
-        __init__(self: energymargin._core.Problem, scene: energymargin._core.Scene, state: numpy.typing.ArrayLike, *, captured: collections.abc.Mapping[str, energymargin._core.Region] | energymargin._core.Region, succeeded: collections.abc.Mapping[str, energymargin._core.Region] | energymargin._core.Region | None = None, within: energymargin._core.Region | None = None, start_outside: bool = False, force: numpy.typing.ArrayLike, torque: numpy.typing.ArrayLike, duration: float, effector: str = 'coast', rate: float = 5.0, force_weights: energymargin._core.ForceWeights = ForceWeights(), contacts: collections.abc.Sequence[energymargin._core.Contact] | None = None, horizon: float | None = None, check: float | None = None, dwell: float = 0.0, plan: energymargin._core.Plan | None = None) -> None
-        
-        One question: how robust is this state against these disturbances?
-        
-        Args:
-            scene: the bodies.
-            state: where they are and how they move, shape (n,).
-            captured: the capture set Z_cap. Of several objects a dict, a region for each: it asks whether all of them are in
-                theirs (captured), and whether at least one is (captured_any).
-            succeeded: the success set Z_suc, or a dict in the same way.
-            within: where the search for an escape may go, Z_b.
-            start_outside: do not warn of a state outside of the capture set, as along a recorded trajectory.
-            force: Largest |force| of the disturbance on each object, along the world's x, y and z axes [N].
-            torque: Largest |torque| of the disturbance on each object, about the world's x, y and z axes [N m].
-            duration: Longest edge of the search [s]; at least one step of the simulation.
-            effector: What the effector does while the objects are disturbed. coast: no script acts on it. drive: each edge of the search starts with its velocities of the start.
-            rate: lambda: how fast the likelihood of a state falls with the work to get there [1/J].
-            force_weights: Weights of the force score.
-            contacts: Contacts that were measured at the state, for the force score; left out: simulated.
-            horizon: The question is about the next so many seconds, whole steps of the simulation; left out: as long as the plan, or without a clock.
-            check: Time between two looks at the capture set, whole steps of the simulation [s]; left out: about 1/60.
-            dwell: How long an object has to stay outside of the capture set for an escape, whole steps of the simulation [s]; left out: 0.
-            plan: The robot's actions from the state on; left out: the effector coasts.
-        
-        Raises ValueError on bad values and on a state in deep penetration. Warns, as PlausibilityWarning, of values that look like
-        another unit, and of a start that falls or is outside of the capture set.
-        """
-    @staticmethod
     def from_json(text: str, folder: typing.Any = None, policies: collections.abc.Mapping[str, Plan] = {}) -> Problem:
         """
         A problem from JSON text. folder: what the paths of its meshes are relative to; policies: as of load. Raises ValueError that names the place and what was expected.
@@ -1627,6 +1461,8 @@ class Problem:
         The JSON Schema (draft-07) of problem files.
         """
     def __getstate__(self) -> tuple[str, typing.Any, typing.Any]:
+        ...
+    def __init__(self, scene: Scene, state: numpy.typing.ArrayLike, *, captured: collections.abc.Mapping[str, Region] | Region, succeeded: collections.abc.Mapping[str, Region] | Region | None = None, within: Region | None = None, start_outside: bool = False, force: numpy.typing.ArrayLike, torque: numpy.typing.ArrayLike, duration: float, effector: str = 'coast', rate: float = 5.0, force_weights: ForceWeights = ..., contacts: collections.abc.Sequence[Contact] | None = None, horizon: float | None = None, check: float | None = None, dwell: float = 0.0, plan: Plan | None = None) -> None:
         ...
     def __repr__(self) -> str:
         ...
@@ -2278,11 +2114,8 @@ class ScoreRun:
     """
     A running batch on a pool of threads. Problems can be added to it.
     """
-    @staticmethod
-    def __init__(*args: typing.Any, **kwargs: typing.Any) -> typing.Any:
+    def __init__(self, metrics: collections.abc.Sequence[str], nodes: int, seed: int, threads: int, **kwargs: typing.Any) -> None:
         """
-        __init__(self: energymargin._core.ScoreRun, metrics: collections.abc.Sequence[str], nodes: int, seed: int, threads: int, **kwargs: object) -> None
-        
         Starts without problems.
         """
     def __repr__(self) -> str:
