@@ -34,13 +34,15 @@ def _misfit(doc: str, args: tuple[Any, ...], kwargs: dict[str, Any]) -> str | No
     signature = signature_of(doc)
     if signature is None:
         return None
+    takes = [name for name in signature.parameters if name != "self"]
     try:
         given = signature.bind_partial(*args, **kwargs).arguments
     except TypeError as error:  # too many, or one that it does not have
-        return str(error)
-    needed = [p.name for p in signature.parameters.values() if p.default is p.empty]
+        return f"takes {', '.join(takes) or 'nothing'}: {error}"
+    needed = [
+        name for name in takes if signature.parameters[name].default is inspect.Parameter.empty
+    ]
     missing = [name for name in needed if name not in given]
-    needed = [name for name in needed if name != "self"]
     return f"lacks {', '.join(missing)}: it needs {', '.join(needed)}" if missing else None
 
 

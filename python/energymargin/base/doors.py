@@ -88,7 +88,7 @@ def methods(kind: type) -> Iterator[tuple[str, Any]]:
     for name, member in vars(kind).items():
         is_public = not name.startswith("_") or (name == "__init__" and not carries)
         function = getattr(member, "__func__", member)
-        if is_public and isinstance(function, types.FunctionType):
+        if is_public and isinstance(inspect.unwrap(function), types.FunctionType):
             yield name, member
 
 

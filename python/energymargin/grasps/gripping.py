@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin.base.checks import numbers_of
+from energymargin.base.reprs import Record
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.hands import Hand, preset
 from energymargin.grasps.outcomes import NO_GRIP, Grasp
@@ -16,8 +17,8 @@ from energymargin.grasps.trials import STEP, GraspTrials
 from energymargin.scenes import body_poses, pose
 
 
-@dataclass(frozen=True, eq=False)
-class Grip:
+@dataclass(frozen=True, eq=False, repr=False)
+class Grip(Record):
     """An object in a hand."""
 
     hand: Hand

@@ -98,11 +98,12 @@ NAMES = {
     "unexpected keyword argument 'node'": lambda s, p: em.force_score(p, node=3),
     "multiple values for argument 'problem'": lambda s, p: em.capture_score(p, problem=p),
     "missing 1 required positional argument: 'problem'": lambda s, p: em.escape_effort(),
-    # Classes list the names that there are, and the call's.
-    "captured: .* start_outside: .*\n\nInvoked with: .* kwargs: force=": lambda s, p: em.Problem(
+    # Classes say which are missing, or which there are.
+    r"Problem\(\) lacks captured: it needs scene, .*, duration": lambda s, p: em.Problem(
         s, p.state, **PUSH
     ),
-    "Box\\(size: .*\n\nInvoked with: 1, 2": lambda s, p: em.Box(1, 2),
+    r"Box\(\) takes size: too many positional arguments": lambda s, p: em.Box(1, 2),
+    r"Box\(\) takes size: got an unexpected .* 'sizes'": lambda s, p: em.Box(sizes=(1, 1, 1)),
 }
 
 

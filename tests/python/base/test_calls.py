@@ -28,9 +28,9 @@ def scene():
         (em.Box, r"^Box\(\) lacks size: it needs size$"),
         (
             lambda: em.Box((1, 1, 1), depth=3),
-            r"^Box\(\) got an unexpected keyword argument 'depth'",
+            r"^Box\(\) takes size: got an unexpected keyword argument 'depth'",
         ),
-        (lambda: em.Box((1, 1, 1), 2), r"^Box\(\) too many positional arguments"),
+        (lambda: em.Box((1, 1, 1), 2), r"^Box\(\) takes size: too many positional arguments"),
         (lambda: scene().add_body("cup"), r"^add_body\(\) lacks shape: it needs name, shape"),
         (lambda: em.regions.Ball("box"), r"^Ball\(\) lacks center, radius: it needs body, center"),
         (em.Plan, r"^Plan\(\) lacks step"),

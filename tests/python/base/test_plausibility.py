@@ -20,7 +20,9 @@ UPRIGHT, W_FIRST = (0, 0, 0, 1), (1, 0, 0, 0)
 names = (f"cup {number}" for number in range(10**6))  # each test has a scene of its own
 
 
-def problem(*, duration=0.2, radius=0.05, center=(0, 0), height=0.02, start=None, **changed):
+def problem(
+    *, duration=0.2, radius=0.05, center=(0, 0), height=0.02, start=None, push=0.5, **changed
+):
     """A small box on a table, changed."""
     name = next(names)
     scene = em.Scene(step=changed.pop("step", 1 / 240))
@@ -35,8 +37,8 @@ def problem(*, duration=0.2, radius=0.05, center=(0, 0), height=0.02, start=None
     return em.Problem(
         scene,
         state,
-        force=(0.5, 0.5, 0),
-        torque=(0, 0, 0.01),
+        force=(push, push, 0),
+        torque=(0, 0, 0.02 * push),
         duration=duration,
         captured=em.regions.Disc(name, center=center, radius=radius),
     )
@@ -86,7 +88,7 @@ WARNED = {
         shape=em.Box((100, 60, 40)), height=20, mass=1e8
     ),
     r"mass is 200 kg, which makes 833333 kg/m\^3, .* in grams": lambda: problem(mass=200),
-    r"mass is 2e-06 kg, which makes .*, lighter than air": lambda: problem(mass=2e-6),
+    r"mass is 2e-06 kg, which makes .*, lighter than air": lambda: problem(mass=2e-6, push=1e-5),
     r"density is 1 kg/m\^3, .* g/cm\^3\? Then write 1000": lambda: problem(density=1),
     r"duration is 200 s, .* milliseconds": lambda: problem(duration=200),
     r"horizon is 90 s, .* milliseconds": lambda: problem().replace(horizon=90.0),

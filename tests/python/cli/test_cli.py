@@ -232,6 +232,7 @@ def test_the_demo_leaves_its_files_and_a_second_run_computes_nothing_anew(folder
         "qualitative.png",
         "scores.png",
         "grip.png",
+        "grips.html",
         "grips.png",
     }
     kept = {

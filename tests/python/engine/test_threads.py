@@ -98,7 +98,7 @@ started.wait()
 )
 def test_a_program_that_ends_while_a_daemon_thread_is_in_a_call_ends_quietly(call):
     done = subprocess.run(
-        [sys.executable, "-c", ENDS.format(call=call)],
+        [sys.executable, "-W", "ignore", "-c", ENDS.format(call=call)],
         check=False,
         capture_output=True,
         text=True,

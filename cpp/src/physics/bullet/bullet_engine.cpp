@@ -233,8 +233,8 @@ void BulletEngine::read_contacts() {
                          of.m_positionWorldOnB,
                          of.m_normalWorldOnB,
                          of.getDistance(),
-                         of.m_combinedFriction,
-                         of.m_appliedImpulse};
+                         of.m_combinedFriction};
+      point.normal_impulse = of.m_appliedImpulse;
       point.friction_impulse = of.m_lateralFrictionDir1 * of.m_appliedImpulseLateral1 +
                                of.m_lateralFrictionDir2 * of.m_appliedImpulseLateral2;
       points.push_back(point);
