@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from typing import Any
 
@@ -65,7 +66,7 @@ class Engine(ABC):
     deterministic: bool = True
     """Whether it keeps the promise of the same bits. Without it nothing promises bits."""
     concurrent: bool = False
-    """Whether several threads may call `play` at once."""
+    """Whether several threads may call `start` and `play` at once."""
     varies: Mapping[str, float] = {}
     """What can be another in it, with its values: "friction.BODY", "mass.BODY" [kg], and names of
     its own. Beliefs and critical values ask for it."""
@@ -112,8 +113,15 @@ class Engine(ABC):
         with kept_warnings():
             return Problem.from_json(text).scene
 
+    @property
+    def _alone(self) -> AbstractContextManager[Any]:
+        """Entered by one thread at a time, unless several may ask."""
+        return nullcontext() if self.concurrent else _LOCK
+
     def _start(self, states: Numbers) -> Numbers:
-        return _shaped(self, "start", self.start(states), (len(states), self.memory))
+        with self._alone:
+            memory = self.start(states)
+        return _shaped(self, "start", memory, (len(states), self.memory))
 
     def _play(
         self,
@@ -137,11 +145,8 @@ class Engine(ABC):
             steps,
             every,
         )
-        if self.concurrent:
+        with self._alone:
             answer = self.play(batch)
-        else:
-            with _LOCK:
-                answer = self.play(batch)
         if not (isinstance(answer, tuple) and len(answer) == 3):
             raise ValueError(
                 f"play of the engine {self.name!r} returned {shown(answer)}, expected (states, "
@@ -184,7 +189,7 @@ def problem(engine: Any, *, captured: Any, **question: Any) -> Problem:
         return Problem(scene, engine.state, captured=captured, **question)
 
 
-_LOCK = threading.Lock()  # of all engines that one thread at a time may ask
+_LOCK = threading.RLock()  # of all engines that one thread at a time may ask
 
 
 def _shaped(engine: Engine, what: str, given: Any, shape: tuple[int, ...]) -> Numbers:

@@ -1,4 +1,4 @@
-"""Intervals of critical values hold as often as they say, at an eighth of the rollouts of a grid."""
+"""Intervals of critical values hold as often as they say, at an eighth of a grid's rollouts."""
 
 import pytest
 

@@ -1,5 +1,7 @@
 """Engines of simulators that have one state at a time, saved as numbers or under handles."""
 
+import time
+
 import numpy as np
 import pytest
 from own_engines import PointMass, floating, pushed_evenly
@@ -60,6 +62,35 @@ class OneBall(em.engines.Serial):
 
     def bodies(self):
         return self.read()[None]
+
+
+class OneThread(OneBall):
+    """It says if two threads are in it at once."""
+
+    def __init__(self):
+        super().__init__(6)
+        self.inside, self.met = 0, 0
+
+    def start(self, states):
+        return self._alone_in(super().start, states)
+
+    def play(self, batch):
+        return self._alone_in(super().play, batch)
+
+    def _alone_in(self, ask, given):
+        self.inside += 1
+        self.met += self.inside > 1
+        time.sleep(1e-3)  # the other thread goes on meanwhile
+        answer = ask(given)
+        self.inside -= 1
+        return answer
+
+
+def test_one_thread_at_a_time_starts_and_plays():
+    engine = OneThread()
+    problems = [floating(engine) for _ in range(40)]
+    em.score(problems, ["probability"], rollouts=4, threads=4)
+    assert engine.met == 0
 
 
 @pytest.mark.parametrize("saved", [None, 6])
