@@ -59,8 +59,10 @@ def test_a_policy_in_the_loop_holds_what_falls_alone_and_searches_see_it_too():
     pushed = [asked.replace(force=(20, 0, 0)) for asked in (alone, held)]
     efforts = [em.escape_effort(asked, nodes=200, seed=1).effort for asked in pushed]
     assert efforts[0] < 0.1 < efforts[1]
-    limits = em.critical_values(held, {"delay": (0.0, 0.4)}, draws=20, probability=0.5)
-    assert limits[0].side == "below" and 0.0 < limits[0].value < 0.4
+    (push,) = em.critical_values(held, {"push": (0.0, 60.0)}, draws=20, probability=0.5)
+    assert push.side == "below" and 10.0 < push.value < 60.0
+    (delay,) = em.critical_values(held, {"delay": (0.0, 0.4)}, draws=20, probability=0.5)
+    assert delay.outcomes[0, 1] > 0.9 and delay.outcomes[-1, 2] < 0.5
 
 
 def test_an_environment_goes_to_another_process_with_its_agent():
