@@ -42,8 +42,8 @@ class Case:
     flips: float = 0.0
     """Share of the outcomes, by draw and value, that are another one."""
 
-    def search(self, replica: int) -> em.CriticalValue:
-        """One replica."""
+    def search(self, replica: int, draws: int | None = None) -> em.CriticalValue:
+        """One replica; `draws` as of em.critical_value."""
         random = np.random.default_rng([replica, len(self.name)])
         own = self.law(random)
 
@@ -54,9 +54,8 @@ class Case:
                 outcomes ^= key.random(MANY)[numbers] < self.flips
             return np.asarray(outcomes, dtype=float)
 
-        return em.critical_value_of(
-            holds, self.name, self.range, probability=ASKED, confidence=CONFIDENCE
-        )
+        sizes: dict[str, Any] = {"probability": ASKED, "confidence": CONFIDENCE, "draws": draws}
+        return em.critical_value_of(holds, self.name, self.range, **sizes)
 
 
 def _noisy(value: float) -> float:
@@ -94,9 +93,9 @@ class Found:
     """Likewise."""
 
 
-def replicas(case: Case, count: int) -> Found:
+def replicas(case: Case, count: int, draws: int | None = None) -> Found:
     """So many searches."""
-    found = [case.search(replica) for replica in range(count)]
+    found = [case.search(replica, draws) for replica in range(count)]
     held = sum(one.low <= case.answer <= one.high for one in found)
     widths = [one.high - one.low for one in found]
     rollouts = float(np.mean([one.rollouts for one in found]))

@@ -78,8 +78,8 @@ class Engine(ABC):
     def start(self, states: Numbers) -> Numbers:
         """The memory, shape (n, h), with which rollouts begin at states (n, d)."""
         if self.memory:
-            raise NotImplementedError(
-                f"the engine {self.name!r} has a memory, but no start(states)"
+            raise TypeError(
+                f"the engine {self.name!r} has a memory, expected a start(states) of its own"
             )
         return np.zeros((len(states), 0))
 
@@ -91,7 +91,7 @@ class Engine(ABC):
 
     def varied(self, changes: Mapping[str, float]) -> Engine:
         """The engine with other values of some that it `varies`; this one stays as it is."""
-        raise NotImplementedError(f"the engine {self.name!r} varies nothing, so it has no varied()")
+        raise TypeError(f"the engine {self.name!r} has no varied(), expected one for its `varies`")
 
     def __repr__(self) -> str:
         """Its name."""

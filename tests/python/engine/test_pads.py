@@ -18,26 +18,23 @@ SQUARE = (
 ) / 6  # mean distance from the middle of a square, by its side
 
 
+def add_fingers(scene, tip, surface, *, mass, **drive):
+    """Two fingers below the palm that close along x."""
+    for name, side in (("left", -1), ("right", 1)):
+        scene.add_body(name, tip, mass=mass, friction=1.0, surface=surface)
+        ends = {"parent": "palm", "child": name, "origin": (side * 0.05, 0, -0.2)}
+        way = {"type": "prismatic", "axis": (-side, 0, 0), "target": 0.045}
+        scene.add_joint(name, **ends, **way, **drive)
+
+
 def spin(torque, held, surface, tip=None, step=1 / 240):
     """Spin [rad/s] of what two fingers hold, after a torque about the line between them."""
     tip = tip or em.Box((0.01, SIDE, SIDE))
     scene = em.Scene(gravity=(0, 0, 0), step=step)
     scene.add_body("palm", em.Box((0.02,) * 3), mass=0, position=(0, 0, 0.4))
     scene.add_body("held", held, mass=1.0, position=(0, 0, 0.2), role="object", friction=FRICTION)
-    for name, side in (("left", -1), ("right", 1)):
-        scene.add_body(name, tip, mass=0.1, friction=1.0, surface=surface)
-        closes = {"target": 0.045, "stiffness": 5000, "damping": 20, "torque_limit": FORCE}
-        at = (side * 0.05, 0, -0.2)
-        scene.add_joint(
-            name,
-            type="prismatic",
-            parent="palm",
-            child=name,
-            origin=at,
-            axis=(-side, 0, 0),
-            start=0.02,
-            **closes,
-        )
+    drives = {"stiffness": 5000, "damping": 20, "torque_limit": FORCE}
+    add_fingers(scene, tip, surface, mass=0.1, start=0.02, **drives)
     count = round(0.5 / step)
     drive = np.zeros((count, 6))
     drive[count // 4 :, 3] = torque
@@ -99,20 +96,8 @@ def swung(degrees, surface, step):
     scene.add_body("palm", em.Box((0.02,) * 3), mass=0, position=(0, 0, 0.4))
     bar, at = em.ConvexHull(corners), (0, 0.02, 0.2)  # held off its middle
     scene.add_body("bar", bar, mass=0.4, position=at, role="object", friction=0.8)
-    for name, side in (("left", -1), ("right", 1)):
-        scene.add_body(name, em.Box((0.012, 0.02, 0.02)), mass=0.05, friction=1, surface=surface)
-        closes = {"target": 0.045, "stiffness": 4e4, "damping": 90, "torque_limit": 40}
-        at = (side * 0.05, 0, -0.2)
-        scene.add_joint(
-            name,
-            type="prismatic",
-            parent="palm",
-            child=name,
-            origin=at,
-            axis=(-side, 0, 0),
-            start=0.0238,
-            **closes,
-        )
+    drives = {"stiffness": 4e4, "damping": 90, "torque_limit": 40}
+    add_fingers(scene, em.Box((0.012, 0.02, 0.02)), surface, mass=0.05, start=0.0238, **drives)
     done = em.World(scene).simulate(scene.pack(), round(1 / step))
     assert done.lost_time == 0
     assert done.unconverged <= 1e-3 * done.steps
