@@ -58,6 +58,21 @@ def test_engine_keeps_the_contract():
     em.engines.check(problem.scene.engine, problem)
 
 
+def test_a_problem_is_made_from_a_model_in_one_line():
+    asked = {"objects": "cup", "captured": em.regions.Ball("cup", (0, 0, 0.05), 0.02)}
+    asked |= {"force": (3, 3, 0), "horizon": 0.2}
+    model = model_of(CUP)
+    problem = em.Problem.from_mujoco(model, mujoco.MjData(model), **asked)
+    other = em.mujoco.problem(model, **asked)
+    assert isinstance(problem, em.Problem) and isinstance(problem.scene.engine, em.mujoco.Engine)
+    one, two = (em.capture_probability(p, rollouts=8).exit_times for p in (problem, other))
+    np.testing.assert_array_equal(one, two)
+    with pytest.raises(ValueError, match=r"model is 'cup\.xml', expected a mujoco\.MjModel"):
+        em.Problem.from_mujoco("cup.xml", **asked)
+    with pytest.raises(TypeError, match="captured"):
+        em.Problem.from_mujoco(model, objects="cup", force=(3, 3, 0))
+
+
 def test_rollouts_are_those_of_a_plain_loop_to_the_last_digit():
     problem = cup()
     model = problem.scene.engine.model
