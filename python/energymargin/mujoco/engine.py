@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import itertools
-from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
 from functools import cache
+from threading import Event
 from typing import Any
 
 import mujoco
@@ -25,6 +26,8 @@ Numbers = NDArray[np.float64]
 
 INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION.value
 USER = mujoco.mjtState.mjSTATE_USER.value
+PIECE = 500  # steps, after which a rollout sees that it is interrupted
+LOOK = 0.02  # s, between two looks for an interrupt
 
 
 class Engine(em.engines.Engine):
@@ -75,8 +78,9 @@ class Engine(em.engines.Engine):
         self.name, self.step = name, float(self.model.opt.timestep)
         self.threads = core_count("threads", threads)
         """Threads that step it."""
+        self._roles = {"objects": _names(objects), "effector": _names(effector)}
         self.scene: em.Scene = (
-            scene_of(self.model, self.data, objects=_names(objects), effector=_names(effector))
+            scene_of(self.model, self.data, **self._roles)
             if scene is None
             else scene.with_engine("native")
         )
@@ -136,19 +140,14 @@ class Engine(em.engines.Engine):
         count, steps = len(batch.states), batch.steps
         paths = np.empty((count, steps, self.columns.physics.size))
         memory = batch.memory.copy()
-        rows = itertools.count()
+        rows, over = itertools.count(), Event()
 
         def work() -> None:
-            for row in iter(lambda: next(rows), None):
-                if row >= count:
-                    return
-                self._roll(memory[row], self._control(batch, row), paths[row])
+            while (row := next(rows)) < count and not over.is_set():
+                self._play_row(batch, row, memory[row], paths[row], over)
 
-        threads = min(self.threads, count)
-        if threads > 1:
-            pool = _pool(self.threads)
-            for done in [pool.submit(work) for _ in range(threads)]:
-                done.result()
+        if min(self.threads, count) > 1:
+            _together(_pool(self.threads), work, min(self.threads, count), over)
         else:
             work()
         own = np.repeat(memory[:, None], steps // batch.every, axis=1)
@@ -157,6 +156,21 @@ class Engine(em.engines.Engine):
         states = states.reshape(count, -1, batch.states.shape[1])
         states[~np.isfinite(memory).all(axis=1)] = np.nan
         return states, memory, self._work(batch, paths)
+
+    def _play_row(
+        self, batch: em.engines.Batch, row: int, memory: Numbers, path: Numbers, over: Event
+    ) -> None:
+        """One rollout, up to an interrupt: its memory becomes that after the last step, its path
+        the physics after each."""
+        control = self._control(batch, row)
+        for first in range(0, batch.steps, PIECE):
+            if over.is_set():
+                return
+            some = slice(first, first + PIECE)
+            self._roll(memory, control[some], path[some])
+            if np.isnan(memory[0]):
+                path[:] = np.nan
+                return
 
     def _control(self, batch: em.engines.Batch, row: int) -> Numbers:
         """What the user of MuJoCo sets in each step of a rollout, shape (steps, u)."""
@@ -171,7 +185,7 @@ class Engine(em.engines.Engine):
         return control
 
     def _roll(self, memory: Numbers, control: Numbers, path: Numbers) -> None:
-        """Plays a rollout: memory becomes that after the last step, path the physics after each."""
+        """Some steps of a rollout, as of `_play_row`."""
         columns, steps, start = self.columns, len(path), memory[0]
         try:
             data, rollout = self._idle.pop()
@@ -195,7 +209,7 @@ class Engine(em.engines.Engine):
         first = columns.control  # controls stay until they are set anew, pushes do not
         memory[columns.controls] = control[-1, first : first + columns.controls.size]
         if abs(path[-1, 0] - start - steps * self.step) > self.step / 2:
-            memory[:] = path[:] = np.nan
+            memory[:] = np.nan
 
     def _work(self, batch: em.engines.Batch, paths: Numbers) -> Numbers:
         """Of each push in each step, at the mean of the velocities before and after."""
@@ -213,12 +227,7 @@ class Engine(em.engines.Engine):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """With the model, the start, and a scene of another making, as a problem's file has it."""
-        bodies = self.scene.bodies
-        own = {
-            name: [body.name for body in bodies if body.role == role]
-            for name, role in (("objects", "object"), ("effector", "effector"))
-        }
-        options = {**own, "threads": self.threads, "name": self.name}
+        options = {**self._roles, "threads": self.threads, "name": self.name}
         text = self._scene_as_text(self.scene) if self._has_own_scene else None
         return _engine_at, (self.model, self.home, options, text)
 
@@ -240,6 +249,21 @@ def _engine_at(
 def _pool(threads: int) -> ThreadPoolExecutor:
     """Shared by all engines of so many threads."""
     return ThreadPoolExecutor(threads, "mujoco")
+
+
+def _together(
+    pool: ThreadPoolExecutor, work: Callable[[], None], threads: int, over: Event
+) -> None:
+    """Lets threads work. An interrupt comes through between two looks, and ends them soon."""
+    pending = [pool.submit(work) for _ in range(threads)]
+    try:
+        while wait(pending, LOOK).not_done:
+            pass
+    finally:
+        over.set()
+        wait(pending)
+    for done in pending:
+        done.result()
 
 
 def _names(given: Sequence[str] | str) -> tuple[str, ...]:
