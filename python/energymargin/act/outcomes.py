@@ -104,9 +104,9 @@ def _read(name: str, given: Outcomes) -> tuple[Vector, list[Start] | None]:
     values: Any = given
     if isinstance(given, str | Path):
         episodes = _episodes(Path(given))
-        values, starts = [value for value, _ in episodes], [start for _, start in episodes]
-        if None in starts or len(set(starts)) < len(starts):
-            starts = None
+        values = [value for value, _ in episodes]
+        starts = [start for _, start in episodes if start is not None]
+        starts = starts if len(set(starts)) == len(episodes) else None
     try:
         outcomes = np.asarray(values, dtype=float)
     except (TypeError, ValueError):

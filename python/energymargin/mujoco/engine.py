@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import itertools
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from functools import cache
@@ -78,7 +77,7 @@ class Engine(em.engines.Engine):
         self.name, self.step = name, float(self.model.opt.timestep)
         self.threads = core_count("threads", threads)
         """Threads that step it."""
-        self._roles = {"objects": _names(objects), "effector": _names(effector)}
+        self._roles: dict[str, Any] = {"objects": _names(objects), "effector": _names(effector)}
         self.scene: em.Scene = (
             scene_of(self.model, self.data, **self._roles)
             if scene is None
@@ -140,76 +139,73 @@ class Engine(em.engines.Engine):
         count, steps = len(batch.states), batch.steps
         paths = np.empty((count, steps, self.columns.physics.size))
         memory = batch.memory.copy()
-        rows, over = itertools.count(), Event()
+        for first in range(0, steps, PIECE):
+            some = slice(first, first + PIECE)
+            self._play_piece(batch, some, memory, paths[:, some])
+        own = np.repeat(memory[:, None], steps // batch.every, axis=1)
+        own[..., self.columns.physics] = paths[:, batch.every - 1 :: batch.every]
+        states = self._reader.states(own.reshape(-1, self.memory))
+        states = states.reshape(count, -1, batch.states.shape[1])
+        diverged = ~np.isfinite(memory).all(axis=1)
+        states[diverged] = paths[diverged] = np.nan
+        return states, memory, self._work(batch, paths)
+
+    def _play_piece(
+        self, batch: em.engines.Batch, some: slice, memory: Numbers, paths: Numbers
+    ) -> None:
+        """Some steps: memory becomes that after the last one, paths the physics after each."""
+        columns, (count, steps) = self.columns, paths.shape[:2]
+        start, warm, user = (
+            memory[:, of] for of in (columns.physics, columns.warmstart, columns.user)
+        )
+        rows, over = iter(np.flatnonzero(~np.isnan(start[:, 0])).tolist()), Event()
 
         def work() -> None:
-            while (row := next(rows)) < count and not over.is_set():
-                self._play_row(batch, row, memory[row], paths[row], over)
+            try:
+                data, rollout = self._idle.pop()
+            except IndexError:
+                data, rollout = mujoco.MjData(self.model), mujoco_rollout.Rollout(nthread=0)
+            sensors = np.empty((1, steps, self.model.nsensordata))
+            for row in rows:
+                if over.is_set():
+                    break
+                own = slice(row, row + 1)
+                rollout.rollout(
+                    [self.model],
+                    [data],
+                    start[own],
+                    self._control(batch, row, user[row], some)[None],
+                    control_spec=USER,
+                    skip_checks=True,
+                    nstep=steps,
+                    initial_warmstart=warm[own],
+                    state=paths[own],
+                    sensordata=sensors,
+                )
+                warm[row] = data.qacc_warmstart
+            self._idle.append((data, rollout))
 
         if min(self.threads, count) > 1:
             _together(_pool(self.threads), work, min(self.threads, count), over)
         else:
             work()
-        own = np.repeat(memory[:, None], steps // batch.every, axis=1)
-        own[..., self.columns.physics] = paths[:, batch.every - 1 :: batch.every]
-        states = self._reader.states(own.reshape(-1, self.memory))
-        states = states.reshape(count, -1, batch.states.shape[1])
-        states[~np.isfinite(memory).all(axis=1)] = np.nan
-        return states, memory, self._work(batch, paths)
+        lost = ~(np.abs(paths[:, -1, 0] - start[:, 0] - steps * self.step) <= self.step / 2)
+        memory[:, columns.physics], memory[:, columns.warmstart] = paths[:, -1], warm
+        for name, values in batch.commands.items():  # which stay until they are set anew
+            memory[:, columns.controls[self._actuators[name]]] = values[:, some][:, -1]
+        memory[lost] = np.nan
 
-    def _play_row(
-        self, batch: em.engines.Batch, row: int, memory: Numbers, path: Numbers, over: Event
-    ) -> None:
-        """One rollout, up to an interrupt: its memory becomes that after the last step, its path
-        the physics after each."""
-        control = self._control(batch, row)
-        for first in range(0, batch.steps, PIECE):
-            if over.is_set():
-                return
-            some = slice(first, first + PIECE)
-            self._roll(memory, control[some], path[some])
-            if np.isnan(memory[0]):
-                path[:] = np.nan
-                return
-
-    def _control(self, batch: em.engines.Batch, row: int) -> Numbers:
-        """What the user of MuJoCo sets in each step of a rollout, shape (steps, u)."""
-        columns = self.columns
-        control = np.empty((batch.steps, columns.user.size))
-        control[:] = batch.memory[row, columns.user]
+    def _control(self, batch: em.engines.Batch, row: int, user: Numbers, some: slice) -> Numbers:
+        """What the user of MuJoCo sets in some steps of a rollout, shape (steps, u)."""
+        columns, pushes = self.columns, batch.pushes[row, some]
+        control = np.empty((len(pushes), user.size))
+        control[:] = user
         for name, values in batch.commands.items():
-            control[:, columns.control + self._actuators[name]] = values[row]
+            control[:, columns.control + self._actuators[name]] = values[row, some]
         for number, body in enumerate(self._reader.objects):
             at = columns.applied + 6 * body
-            control[:, at : at + 6] += batch.pushes[row, :, number]
+            control[:, at : at + 6] += pushes[:, number]
         return control
-
-    def _roll(self, memory: Numbers, control: Numbers, path: Numbers) -> None:
-        """Some steps of a rollout, as of `_play_row`."""
-        columns, steps, start = self.columns, len(path), memory[0]
-        try:
-            data, rollout = self._idle.pop()
-        except IndexError:
-            data, rollout = mujoco.MjData(self.model), mujoco_rollout.Rollout(nthread=0)
-        rollout.rollout(
-            [self.model],
-            [data],
-            memory[None, columns.physics],
-            control[None],
-            control_spec=USER,
-            skip_checks=True,
-            nstep=steps,
-            initial_warmstart=memory[None, columns.warmstart],
-            state=path[None],
-            sensordata=np.empty((1, steps, self.model.nsensordata)),
-        )
-        memory[columns.physics] = path[-1]
-        memory[columns.warmstart] = data.qacc_warmstart
-        self._idle.append((data, rollout))
-        first = columns.control  # controls stay until they are set anew, pushes do not
-        memory[columns.controls] = control[-1, first : first + columns.controls.size]
-        if abs(path[-1, 0] - start - steps * self.step) > self.step / 2:
-            memory[:] = np.nan
 
     def _work(self, batch: em.engines.Batch, paths: Numbers) -> Numbers:
         """Of each push in each step, at the mean of the velocities before and after."""

@@ -288,11 +288,11 @@ class Interrupted(em.mujoco.Engine):
 
     pieces = 0
 
-    def _roll(self, *piece):
+    def _control(self, *piece):
         self.pieces += 1
         if self.pieces == 3:
             os.kill(os.getpid(), signal.SIGINT)
-        super()._roll(*piece)
+        return super()._control(*piece)
 
 
 @pytest.mark.parametrize("threads", [1, 2])
