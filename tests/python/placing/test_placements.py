@@ -5,6 +5,7 @@ import csv
 import numpy as np
 import pytest
 from command_line import run_here
+from scipy.spatial.transform import Rotation
 
 import energymargin as em
 
@@ -239,3 +240,17 @@ def test_a_support_that_moves_on_takes_the_cup_along_up_to_its_limit():
     ):
         wrench = em.Plan(0.5, wrenches={"cup": [[0, 0, 0, 0, 0, 0]]})
         em.placements(scene, "cup", [at(0, 0)], plan=wrench)
+
+
+@pytest.mark.parametrize(("degrees", "stays"), [(15, 1.0), (25, 0.0)])
+def test_on_a_support_that_leans_it_is_put_along_it_and_slides_beyond_friction(degrees, stays):
+    scene = em.Scene()
+    turn = Rotation.from_euler("y", degrees, degrees=True)
+    desk = {"mass": 0.0, "friction": 0.6, "orientation": turn.as_quat()}  # atan(0.36) is 20 degrees
+    scene.add_body("desk", em.Box((0.4, 0.4, 0.02)), **desk)
+    scene.add_body("book", em.Box((0.1, 0.06, 0.04)), mass=0.5, friction=0.6, role="object")
+    options = {"spacing": 0.15, "rollouts": 10, "pushed": 0, "knock": 0.0}
+    found = em.placements(scene, "book", on=["desk"], **options)
+    assert len(found) == 9 and {one.score for one in found} == {stays}
+    there = turn.inv().apply([pose[:3, 3] for pose in found.poses.values()])
+    assert there[:, 2] == pytest.approx(0.03, abs=2e-4)  # half of both
