@@ -174,6 +174,20 @@ def test_the_command_ranks_poses_of_a_table_and_a_grid(tmp_path):
     assert done.returncode == 2 and "--pose is 9" in done.stderr
 
 
+def test_the_command_sets_it_down_with_a_hand(tmp_path):
+    trimesh.creation.box(CUP).export(tmp_path / "cup.obj")
+    trimesh.creation.box(BOARD).export(tmp_path / "board.obj")
+    head = "name,x,y,z,qx,qy,qz,qw\n"
+    (tmp_path / "poses.csv").write_text(head + "middle,0,0,.06,0,0,0,1\n")
+    (tmp_path / "grasps.csv").write_text(head + "above,0,0,.03,1,0,0,0\n")
+    mesh = ["poses.csv", "--object", "cup.obj", "--mass", 0.3, "--friction", 0.8, "--rollouts", 5]
+    words = ["placements", *mesh, "--on", "board.obj", "--pushed", 0, "--hand", "panda"]
+    done = run_here(*words, "--grasp", "grasps.csv", cwd=tmp_path)
+    assert done.returncode == 0 and "| middle | 1.00 |" in done.stdout, done.stderr
+    done = run_here(*words, cwd=tmp_path)
+    assert done.returncode == 2 and "--grasp is not given" in done.stderr
+
+
 def between_pads(**changes):
     """The cup from above, between pads along x; the grasp frame is 2 cm below its rim."""
     grasp = np.diag([1.0, -1.0, -1.0, 1.0])
