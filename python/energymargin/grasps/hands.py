@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import warnings
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -19,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin import Box, Compound, Mimic, Pad, Part, Scene, Surface
+from energymargin import Box, Compound, Joint, Mimic, Pad, Part, Scene, Surface, Tendon
 from energymargin.base.checks import (
     check_type,
     not_negative_number,
@@ -27,6 +26,7 @@ from energymargin.base.checks import (
     one_of,
     positive_number,
 )
+from energymargin.base.plausibility import kept_warnings
 from energymargin.grasps.frames import FRAMES, frame_in_hand, pose
 
 SQUEEZE = 1e-3  # m; how far beyond the object the target is when the drive gives its full force
@@ -327,7 +327,6 @@ class HandFile(Hand):
             raise ValueError("options has no subtree, expected the body of the model that is moved")
         scenes.from_mjcf(str(self.path), scene, **{"effector": (root,)} | given)
 
-
     @cached_property
     def _joints(self) -> dict[str, Any]:
         """Of the joints of a URDF, their drives: what is said, and else the file's efforts."""
@@ -340,8 +339,7 @@ class HandFile(Hand):
             return {"joints": joints}
         from energymargin import scenes
 
-        with warnings.catch_warnings():  # the second reader's are those that count
-            warnings.simplefilter("ignore")
+        with kept_warnings():  # those of the reading that counts come
             read = scenes.from_urdf(self.path, **dict(self.options) | {"joints": joints})
         for joint in read.joints:
             name = joint.name.removeprefix(self.options.get("prefix", ""))
@@ -353,12 +351,14 @@ class HandFile(Hand):
 
     def _require_drives(self, scene: Scene) -> None:
         """What closes the hand has a drive."""
-        for one in (*scene.joints, *scene.tendons):
+        driven: list[Joint | Tendon] = [*scene.joints, *scene.tendons]
+        for one in driven:
             if one.name in self.close and not one.stiffness > 0:
                 way = f"options={{'joints': {{{one.name!r}: {{'torque_limit': 20.0}}}}}}"
+                has = "position control" if self._is_mjcf else f"an effort there, or {way}"
                 raise ValueError(
-                    f"close names {one.name!r}, which {self.path} does not drive, expected one with "
-                    + ("position control there" if self._is_mjcf else f"an effort there, or {way}")
+                    f"close names {one.name!r}, which {self.path} does not drive, expected one "
+                    f"with {has}"
                 )
 
 
@@ -390,4 +390,10 @@ PRESETS = {"panda": PANDA, "robotiq_2f85": ROBOTIQ_2F85}
 
 def preset(name: str) -> ParallelGripper:
     """A gripper of PRESETS. Raises ValueError on another name."""
+    if name not in PRESETS and Path(str(name)).suffix in (".urdf", ".xml"):
+        raise ValueError(
+            f"hand is {name!r}, expected one of {', '.join(PRESETS)}, or of a file "
+            f"em.grasps.HandFile({name!r}, close={{'JOINT': (open, closed)}}, fingers=['LINK', "
+            "'LINK'], frame='LINK')"
+        )
     return PRESETS[one_of("hand", name, tuple(PRESETS))]
