@@ -54,6 +54,7 @@ def surplus(
         signature.bind_partial(*args, **kwargs)
     except TypeError as error:
         listed = [one for one in signature.parameters.values() if one.name != "self"]
+        listed = [one for one in listed if one.kind not in (one.VAR_POSITIONAL, one.VAR_KEYWORD)]
         by_name = [one.name for one in listed if one.kind == one.KEYWORD_ONLY]
         takes = [one.name for one in listed if one.kind != one.KEYWORD_ONLY]
         unknown = [name for name in kwargs if name not in signature.parameters]

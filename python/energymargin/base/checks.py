@@ -24,6 +24,7 @@ WAYS = {
     "a Problem": "em.Problem(scene, scene.pack(), captured=em.regions.Ball(...), ...); of another "
     "plan problem.replace(plan=plan), of another state problem.with_state(state)",
     "a Scene": "em.Scene(), then add_body, em.scenes.from_urdf(path) or from_mjcf(path)",
+    "a mujoco.MjModel": "mujoco.MjModel.from_xml_path(path)",
     "a Region": "em.regions.Ball('BODY', center=(0, 0, 0), radius=0.05), or another of em.regions",
 }
 
@@ -114,7 +115,10 @@ def function_of(name: str, value: Any, *arguments: str) -> Any:
     """`value`, if it can be called with so many arguments; else a ValueError with `name`."""
     expected = f"expected a function ({', '.join(arguments)})"
     if not callable(value):
-        raise ValueError(f"{name} is {value!r}, {expected}")
+        way = ": lambda state, time: problem.with_state(state)" * hasattr(value, "with_state")
+        raise ValueError(
+            f"{name} is {shown(value)}, {expected}{way if 'time' in arguments else ''}"
+        )
     try:
         signature = inspect.signature(value)
     except (TypeError, ValueError):  # of some compiled functions
