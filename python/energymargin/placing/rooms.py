@@ -42,11 +42,16 @@ class Room:
         own[7:] = 0.0
         return state
 
-    def blocked_by(self, state: Floats) -> str | None:
-        """The body that it is in most deeply, if it is in one."""
+    def nearest(self, state: Floats) -> tuple[float, str]:
+        """How far it is from the nearest body, which is named [m]."""
         distances = self._distances(state)
         nearest = min(distances, key=distances.__getitem__)
-        return nearest if distances[nearest] < -INSIDE else None
+        return distances[nearest], nearest
+
+    def blocked_by(self, state: Floats) -> str | None:
+        """The body that it is in most deeply, if it is in one."""
+        distance, nearest = self.nearest(state)
+        return nearest if distance < -INSIDE else None
 
     def grid(
         self, on: Sequence[str], spacing: float, yaws: Sequence[float], limit: Limit

@@ -81,7 +81,7 @@ def knocks():
     law = {"observed": ["a.x"], "corrected": ["a.fx"], "gains": [[1.0]], "period": 0.1}
     yield em.Feedback, law
     yield em.score, {"problems": [problem], "metrics": ["force"], "progress": None, "timeout": 20.0}
-    yield em.rank, {"plans": {"a": problem, "b": problem}, "metric": "probability", **few}
+    yield em.rank, {"problems": {"a": problem, "b": problem}, "metric": "probability", **few}
     yield (
         em.margin_profile,
         {"problem": problem, "plan": None, "every": 0.5, "effort": False, **few},

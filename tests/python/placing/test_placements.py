@@ -36,6 +36,13 @@ def test_the_middle_is_better_than_the_edge_and_beyond_it_nothing_stays():
     assert found.pose[:3, 3].tolist() == [0, 0, 0.56]
 
 
+def test_a_pose_in_the_air_is_warned_of_with_what_is_nearest():
+    few = {"rollouts": 2, "pushed": 0}
+    words = r"1 of 2 poses are in the air, as 'high', 0.05 m from 'board'"
+    with pytest.warns(em.PlausibilityWarning, match=words):
+        em.placements(board_and_cup(), "cup", {"high": at(0, 0, 0.61), "right": at(0, 0)}, **few)
+
+
 def test_the_error_of_a_pose_counts_at_the_edge():
     """Half of a cup whose centre is put at the edge, give or take, falls."""
     pose = {"cup": [0.01, 0, 0, 0, 0, 0]}
