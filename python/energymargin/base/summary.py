@@ -18,7 +18,6 @@ import energymargin._core as compiled
 from energymargin._core import Problem
 from energymargin.base.calls import explained
 from energymargin.base.checks import shown
-from energymargin.base.doors import checked
 from energymargin.base.table_text import markdown_table
 
 if TYPE_CHECKING:
@@ -178,8 +177,7 @@ def attach() -> None:
     for name in COMPILED:
         setattr(getattr(compiled, name), "_repr_html_", html_or_text)  # noqa: B010
     setattr(compiled.Scene, "report", property(_report))  # noqa: B010
-    made = checked(_from_mujoco, "energymargin")
-    setattr(compiled.Problem, "from_mujoco", staticmethod(made))  # noqa: B010
+    setattr(compiled.Problem, "from_mujoco", staticmethod(_from_mujoco))  # noqa: B010
     for kind in vars(compiled).values():
         members = vars(kind) if isinstance(kind, type) else {}
         if "__repr__" not in members and any(isinstance(m, property) for m in members.values()):
