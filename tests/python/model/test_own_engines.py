@@ -1,5 +1,6 @@
 import pickle
 import time
+import types
 from dataclasses import replace
 
 import numpy as np
@@ -137,7 +138,7 @@ class Rounding(PointMass):
 class Stubborn(PointMass):
     """It varies a mass, and stays as it is."""
 
-    varies = {"mass.ball": 1.0}
+    varies = types.MappingProxyType({"mass.ball": 1.0})
 
     def varied(self, changes):
         return self
