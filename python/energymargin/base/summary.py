@@ -183,20 +183,20 @@ def attach() -> None:
         if "__repr__" not in members and any(isinstance(m, property) for m in members.values()):
             setattr(kind, "__repr__", _text)  # noqa: B010
         for name in members:
-            if name == "__init__" or name.startswith("add_"):
+            if name == "__init__" or not name.startswith("_"):
                 _explain(kind, name)
 
 
 def _explain(kind: type, name: str) -> None:
     """Lets a compiled method say what a call lacks, and `help` show what a constructor takes."""
     method = getattr(kind, name)
-    if not (method.__doc__ or "").startswith(f"{name}("):  # it takes no arguments
-        return
+    if not callable(method) or not (method.__doc__ or "").startswith(f"{name}("):
+        return  # it takes no arguments
     is_made = name == "__init__"
     call = explained(method, kind.__name__ if is_made else name)
     if is_made and "\n\n" not in (method.__doc__ or "").strip():
         call.__doc__ = f"{method.__doc__}\n{kind.__doc__}"
-    setattr(kind, name, call)
+    setattr(kind, name, staticmethod(call) if isinstance(vars(kind)[name], staticmethod) else call)
 
 
 def _report(self: Any) -> energymargin.model.scenes.reports.SceneReport:

@@ -146,11 +146,11 @@ def _check_begin(engine: Engine, problem: Problem, batch: Batch) -> None:
             memory = engine._start(other)
         except ValueError:  # it refuses other states than its own
             return
-        here, there = (
+        slow, fast = (
             _play(engine, replace(batch, states=states, memory=own))[0][:, 0]
             for states, own in ((batch.states, batch.memory), (other, memory))
         )
-        if np.array_equal(here, there):
+        if np.array_equal(slow, fast):
             raise ValueError(
                 f"{engine!r}: rollouts from a state in which {body.name!r} is faster by {FASTER:g} "
                 "m/s have the same states, expected others: start(states) has to begin there"

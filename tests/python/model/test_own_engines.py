@@ -1,7 +1,7 @@
 import pickle
 import time
+import types
 from dataclasses import replace
-from types import MappingProxyType
 
 import numpy as np
 import pytest
@@ -138,7 +138,7 @@ class Rounding(PointMass):
 class Stubborn(PointMass):
     """It varies a mass, and stays as it is."""
 
-    varies = MappingProxyType({"mass.ball": 1.0})
+    varies = types.MappingProxyType({"mass.ball": 1.0})
 
     def varied(self, changes):
         return self
