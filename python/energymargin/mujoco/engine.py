@@ -18,7 +18,7 @@ import energymargin as em
 from energymargin.base.checks import check_type, core_count
 from energymargin.mujoco.reading import Columns, Reader
 from energymargin.mujoco.scene_of import scene_of
-from energymargin.mujoco.states import States
+from energymargin.mujoco.states import States, require_data
 from energymargin.mujoco.variation import values_of, varied_model
 
 Numbers = NDArray[np.float64]
@@ -66,6 +66,8 @@ class Engine(em.engines.Engine):
     ) -> None:
         """See the class."""
         check_type("model", model, mujoco.MjModel, "a mujoco.MjModel")
+        if data is not None:
+            require_data(model, data)
         self.model = model
         """The `mujoco.MjModel`."""
         self.data = mujoco.MjData(self.model)

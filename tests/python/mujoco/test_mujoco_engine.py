@@ -246,6 +246,24 @@ def test_engines_are_compared_on_the_same_draws():
     assert above.get_ylim()[1] > 1
 
 
+def test_data_of_another_model_are_refused_wherever_they_are_taken():
+    scene, other = cup().scene, mujoco.MjData(model_of(SOFT))
+    model = scene.engine.model
+    takers = (
+        lambda data: em.mujoco.Engine(model, data, objects="cup"),
+        lambda data: em.mujoco.doctor(model, data),
+        lambda data: em.mujoco.state(scene, model, data),
+        lambda data: em.mujoco.set_state(model, data, scene, scene.pack()),
+    )
+    for take in takers:
+        with pytest.raises(ValueError, match=r"data is of a model with nq = \d+, expected"):
+            take(other)
+        with pytest.raises(ValueError, match=r"data is 3, expected a mujoco\.MjData"):
+            take(3)
+    with pytest.raises(ValueError, match=r"model is 'x\.xml', expected a mujoco\.MjModel"):
+        em.mujoco.doctor("x.xml")
+
+
 def test_engines_of_another_scene_are_not_compared():
     other = em.mujoco.Engine(model_of(CUP.replace('"cup"', '"mug"')), objects="mug")
     with pytest.raises(ValueError, match="of another scene: 'cup' is not in both"):
