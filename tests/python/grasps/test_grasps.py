@@ -446,6 +446,10 @@ def test_a_hand_of_a_file_has_its_grasp_frame_where_a_link_is_and_closes_with_it
 
 
 def test_what_a_hand_of_a_file_does_not_have_is_refused(two_fingers):
+    with pytest.raises(
+        ValueError, match=r"hand is 'a.urdf', .* em.grasps.HandFile\('a.urdf', close="
+    ):
+        score(grasps(), "a.urdf", cube())
     with pytest.raises(ValueError, match=r"joints has 'thumb', expected one of left_slide"):
         score(grasps(), replace(two_fingers, close={"thumb": (0, 1)}), cube())
     with pytest.raises(ValueError, match=r"fingers names 'pad'"):
