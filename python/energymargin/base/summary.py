@@ -15,6 +15,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import energymargin._core as compiled
+from energymargin._core import Problem
 from energymargin.base.calls import explained
 from energymargin.base.checks import shown
 from energymargin.base.table_text import markdown_table
@@ -171,10 +172,12 @@ class Summarized:
 
 
 def attach() -> None:
-    """Lets notebooks and prompts show the classes of the compiled module."""
+    """Gives the classes of the compiled module what is written in Python: how notebooks and prompts
+    show them, what they say of wrong calls, and ways to make them."""
     for name in COMPILED:
         setattr(getattr(compiled, name), "_repr_html_", html_or_text)  # noqa: B010
     setattr(compiled.Scene, "report", property(_report))  # noqa: B010
+    setattr(compiled.Problem, "from_mujoco", staticmethod(_from_mujoco))  # noqa: B010
     for kind in vars(compiled).values():
         members = vars(kind) if isinstance(kind, type) else {}
         if "__repr__" not in members and any(isinstance(m, property) for m in members.values()):
@@ -201,6 +204,13 @@ def _report(self: Any) -> energymargin.model.scenes.reports.SceneReport:
     from energymargin.model.scenes.reports import report_of
 
     return report_of(self)
+
+
+def _from_mujoco(model: Any, data: Any = None, **question: Any) -> Problem:
+    """The question of a `mujoco.MjModel` from its `mujoco.MjData` on, in MuJoCo itself:
+    `em.mujoco.problem(model, data, objects=..., captured=..., force=..., horizon=...)`."""
+    made: Problem = import_module("energymargin.mujoco").problem(model, data, **question)
+    return made
 
 
 def _text(self: Any) -> str:

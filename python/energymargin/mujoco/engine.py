@@ -134,7 +134,6 @@ class Engine(em.engines.Engine):
     def play(self, batch: em.engines.Batch) -> tuple[Numbers, Numbers, Numbers]:
         """As the base class says; on several threads if there are several rows."""
         count, steps = len(batch.states), batch.steps
-        control = self._control(batch)
         paths = np.empty((count, steps, self.columns.physics.size))
         memory = batch.memory.copy()
         rows = itertools.count()
@@ -143,7 +142,7 @@ class Engine(em.engines.Engine):
             for row in iter(lambda: next(rows), None):
                 if row >= count:
                     return
-                self._roll(batch.memory[row], control[row], paths[row], memory[row])
+                self._roll(memory[row], self._control(batch, row), paths[row])
 
         threads = min(self.threads, count)
         if threads > 1:
@@ -159,20 +158,21 @@ class Engine(em.engines.Engine):
         states[~np.isfinite(memory).all(axis=1)] = np.nan
         return states, memory, self._work(batch, paths)
 
-    def _control(self, batch: em.engines.Batch) -> Numbers:
-        """What the user of MuJoCo sets in each step, shape (n, steps, u)."""
+    def _control(self, batch: em.engines.Batch, row: int) -> Numbers:
+        """What the user of MuJoCo sets in each step of a rollout, shape (steps, u)."""
         columns = self.columns
-        control = np.repeat(batch.memory[:, None, columns.user], batch.steps, axis=1)
+        control = np.empty((batch.steps, columns.user.size))
+        control[:] = batch.memory[row, columns.user]
         for name, values in batch.commands.items():
-            control[:, :, columns.control + self._actuators[name]] = values
+            control[:, columns.control + self._actuators[name]] = values[row]
         for number, body in enumerate(self._reader.objects):
             at = columns.applied + 6 * body
-            control[:, :, at : at + 6] += batch.pushes[:, :, number]
+            control[:, at : at + 6] += batch.pushes[row, :, number]
         return control
 
-    def _roll(self, start: Numbers, control: Numbers, path: Numbers, end: Numbers) -> None:
-        """One rollout: its physics in each step, and the memory after the last one."""
-        columns, steps = self.columns, len(path)
+    def _roll(self, memory: Numbers, control: Numbers, path: Numbers) -> None:
+        """Plays a rollout: memory becomes that after the last step, path the physics after each."""
+        columns, steps, start = self.columns, len(path), memory[0]
         try:
             data, rollout = self._idle.pop()
         except IndexError:
@@ -180,33 +180,35 @@ class Engine(em.engines.Engine):
         rollout.rollout(
             [self.model],
             [data],
-            start[None, columns.physics],
+            memory[None, columns.physics],
             control[None],
             control_spec=USER,
             skip_checks=True,
             nstep=steps,
-            initial_warmstart=start[None, columns.warmstart],
+            initial_warmstart=memory[None, columns.warmstart],
             state=path[None],
             sensordata=np.empty((1, steps, self.model.nsensordata)),
         )
-        end[columns.physics] = path[-1]
-        end[columns.warmstart] = data.qacc_warmstart
+        memory[columns.physics] = path[-1]
+        memory[columns.warmstart] = data.qacc_warmstart
         self._idle.append((data, rollout))
         first = columns.control  # controls stay until they are set anew, pushes do not
-        end[columns.controls] = control[-1, first : first + columns.controls.size]
-        if abs(path[-1, 0] - start[0] - steps * self.step) > self.step / 2:
-            end[:] = path[:] = np.nan
+        memory[columns.controls] = control[-1, first : first + columns.controls.size]
+        if abs(path[-1, 0] - start - steps * self.step) > self.step / 2:
+            memory[:] = path[:] = np.nan
 
     def _work(self, batch: em.engines.Batch, paths: Numbers) -> Numbers:
         """Of each push in each step, at the mean of the velocities before and after."""
-        work = np.zeros((*batch.pushes.shape[:2], batch.pushes.shape[2]))
+        work = np.zeros(batch.pushes.shape[:3])
         pushed = np.flatnonzero(batch.pushes.any(axis=(1, 2, 3)))
+        rows = slice(None) if pushed.size == len(work) else pushed  # which copies
         if not pushed.size:
             return work
-        before = batch.memory[pushed][:, None, self.columns.physics]
-        twists = self._reader.twists(np.concatenate([before, paths[pushed]], axis=1))
-        mean = (twists[:, :-1] + twists[:, 1:]) / 2
-        work[pushed] = self.step * (batch.pushes[pushed] * mean).sum(axis=-1)
+        twists = self._reader.twists(batch.memory[rows], paths[rows])
+        for number, twist in enumerate(twists):
+            mean = (twist[..., :-1] + twist[..., 1:]) / 2
+            mean *= np.moveaxis(batch.pushes[rows, :, number], -1, 0)
+            work[rows, :, number] = self.step * mean.sum(axis=0)
         return work
 
     def __reduce__(self) -> tuple[Any, ...]:

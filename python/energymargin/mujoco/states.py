@@ -51,14 +51,15 @@ class States:
                 f"the model does not have {', '.join(map(repr, names.missing))}; others=state says "
                 "where they are, as scene.pack(...) does"
             )
-        self._rest = np.zeros(scene.dimension) if others is None else np.array(others, float)
-        check_shape("others", self._rest, (scene.dimension,))
+        self.rest = np.zeros(scene.dimension) if others is None else np.array(others, float)
+        """`others`, or zeros."""
+        check_shape("others", self.rest, (scene.dimension,))
         self._twist, self._ball = np.zeros(6), mujoco.mjtJoint.mjJNT_BALL
 
     def read(self, data: Any) -> Vector:
         """The state in a `mujoco.MjData`, shape (n,), whose poses and velocities follow `qpos`."""
         self.refresh(data)
-        state, model = self._rest.copy(), self._model
+        state, model = self.rest.copy(), self._model
         for _, body, at in self._free:
             row, twist = state[at], self.twist(data, body, mujoco.mjtObj.mjOBJ_XBODY)
             row[:3], row[3:7] = data.xpos[body], np.roll(data.xquat[body], -1)

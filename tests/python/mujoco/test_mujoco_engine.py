@@ -58,6 +58,21 @@ def test_engine_keeps_the_contract():
     em.engines.check(problem.scene.engine, problem)
 
 
+def test_a_problem_is_made_from_a_model_in_one_line():
+    asked = {"objects": "cup", "captured": em.regions.Ball("cup", (0, 0, 0.05), 0.02)}
+    asked |= {"force": (3, 3, 0), "horizon": 0.2}
+    model = model_of(CUP)
+    problem = em.Problem.from_mujoco(model, mujoco.MjData(model), **asked)
+    other = em.mujoco.problem(model, **asked)
+    assert isinstance(problem, em.Problem) and isinstance(problem.scene.engine, em.mujoco.Engine)
+    one, two = (em.capture_probability(p, rollouts=8).exit_times for p in (problem, other))
+    np.testing.assert_array_equal(one, two)
+    with pytest.raises(ValueError, match=r"model is 'cup\.xml', expected a mujoco\.MjModel"):
+        em.Problem.from_mujoco("cup.xml", **asked)
+    with pytest.raises(TypeError, match="captured"):
+        em.Problem.from_mujoco(model, objects="cup", force=(3, 3, 0))
+
+
 def test_rollouts_are_those_of_a_plain_loop_to_the_last_digit():
     problem = cup()
     model = problem.scene.engine.model
@@ -340,3 +355,42 @@ def test_a_bowl_of_libero_is_asked_in_mujoco():
     assert em.capture_probability(problem, rollouts=20).captured == 1.0
     (push,) = em.critical_values(problem, {"push": (0.1, 10)}, draws=20, probability=0.5)
     assert push.side == "below" and 0.2 < push.value < 10
+
+
+CARRIED = """<mujoco><option timestep="0.002" gravity="0 0 0"/><worldbody>
+<body name="hand" mocap="true" pos=".3 .2 .3"><geom type="sphere" size=".02" contype="0"/>
+<body name="drawer" pos=".1 0 0"><joint name="way" type="slide" axis="1 0 0"/>
+<geom type="box" size=".05 .05 .05" mass=".5"/>
+<body name="flap" pos=".1 0 0"><joint name="flap" axis="0 0 1"/>
+<geom type="box" pos=".05 0 0" size=".05 .02 .05" mass=".1"/></body></body></body>
+<body name="ball" pos="1 0 .5"><freejoint/>
+<geom type="box" pos=".02 0 0" size=".05 .04 .03" mass=".5"/></body>
+</worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize("body", ["drawer", "flap", "ball"])
+def test_works_and_states_are_those_of_a_plain_loop_whatever_carries_the_body(body):
+    """A hand that is turned by 90 degrees carries a drawer with a flap."""
+    model = model_of(CARRIED)
+    data = mujoco.MjData(model)
+    data.mocap_quat[0] = np.sqrt([0.5, 0, 0, 0.5])
+    mujoco.mj_forward(model, data)
+    engine = em.mujoco.Engine(model, data, objects=body, effector="hand")
+    push = np.array([0.3, 1.0, -0.2, 0.01, 0.02, 0.05])
+    pushes = np.tile(push, (1, 50, 1, 1))
+    rows = engine.state[None], engine.home[None], pushes
+    states, _, work = engine.play(em.engines.Batch(*rows, {}, 50, 50))
+    here, number, done = np.empty(6), model.body(body).id, []
+    for _ in range(51):
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_comVel(model, data)
+        mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_BODY, number, here, 0)
+        done.append(push @ np.roll(here, 3))
+        state = em.mujoco.state(engine.scene, model, data)
+        data.xfrc_applied[number] = push
+        mujoco.mj_step(model, data)
+    np.testing.assert_array_equal(states[0, -1], state)
+    mean = 0.002 * (np.array(done[1:]) + done[:-1]) / 2
+    np.testing.assert_allclose(work[0, :, 0], mean, rtol=1e-12, atol=1e-15)
+    assert abs(mean).max() > 1e-5
