@@ -25,6 +25,7 @@ WAYS = {
     "plan problem.replace(plan=plan), of another state problem.with_state(state)",
     "a Scene": "em.Scene(), then add_body, em.scenes.from_urdf(path) or from_mjcf(path)",
     "a mujoco.MjModel": "mujoco.MjModel.from_xml_path(path)",
+    "something that a robot can hold": "without a robot a problem has horizon=0.5 and no plan",
     "a Region": "em.regions.Ball('BODY', center=(0, 0, 0), radius=0.05), or another of em.regions",
 }
 

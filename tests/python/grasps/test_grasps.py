@@ -1,6 +1,7 @@
 """Grasps that are scored: closed forms, draws, what is lost and how, files of scores."""
 
 import threading
+import warnings
 from contextlib import suppress
 from dataclasses import replace
 from time import monotonic
@@ -566,7 +567,10 @@ def test_a_table_ranks_the_grasps_and_says_how_each_is_lost():
     assert np.isnan(scores.efforts[0])
     assert scores.to_csv().count("\n") == 4
     assert (scores.best, scores.worst) == (1, 0)
-    assert scores.problem(1).plan.duration == pytest.approx(scores.horizon)
+    with warnings.catch_warnings():  # from above is a half turn, and meant
+        warnings.simplefilter("error")
+        assert scores.problem(1).plan.duration == pytest.approx(scores.horizon)
+        assert scores.shown(1)[1] == ""
     with pytest.raises(ValueError, match="does not close on the object"):
         scores.problem(0)
 
