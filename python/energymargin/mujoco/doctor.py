@@ -13,8 +13,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.base.checks import positive_number
+from energymargin.base.checks import check_type, positive_number
 from energymargin.base.reprs import Record
+from energymargin.mujoco.states import require_data
 from energymargin.summary import Summarized
 
 DEEP = 1e-3  # m; an overlap at the start that is told
@@ -77,7 +78,7 @@ def doctor(model: Any, data: Any = None, *, time: float = 1.0) -> Diagnosis:
     solref is shorter than two steps or too stiff for one, margins that push from a millimetre away,
     and drives that are weaker than what they carry, or hold it far from where they are told.
 
-    Raises ValueError on a time that is not above 0.
+    Raises ValueError on a time that is not above 0, and on data of another model.
     """
     positive_number("time", time)
     start = _start(model, data)
@@ -93,7 +94,9 @@ def doctor(model: Any, data: Any = None, *, time: float = 1.0) -> Diagnosis:
 
 
 def _start(model: Any, data: Any) -> Any:
+    check_type("model", model, mujoco.MjModel, "a mujoco.MjModel")
     if data is not None:
+        require_data(model, data)
         return copy(data)
     made = mujoco.MjData(model)
     if model.nkey:

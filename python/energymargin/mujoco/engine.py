@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-import itertools
-from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
 from functools import cache
+from threading import Event
 from typing import Any
 
 import mujoco
@@ -18,13 +18,15 @@ import energymargin as em
 from energymargin.base.checks import check_type, core_count
 from energymargin.mujoco.reading import Columns, Reader
 from energymargin.mujoco.scene_of import scene_of
-from energymargin.mujoco.states import States
+from energymargin.mujoco.states import States, require_data
 from energymargin.mujoco.variation import values_of, varied_model
 
 Numbers = NDArray[np.float64]
 
 INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION.value
 USER = mujoco.mjtState.mjSTATE_USER.value
+PIECE = 500  # steps, after which a rollout sees that it is interrupted
+LOOK = 0.02  # s, between two looks for an interrupt
 
 
 class Engine(em.engines.Engine):
@@ -64,6 +66,8 @@ class Engine(em.engines.Engine):
     ) -> None:
         """See the class."""
         check_type("model", model, mujoco.MjModel, "a mujoco.MjModel")
+        if data is not None:
+            require_data(model, data)
         self.model = model
         """The `mujoco.MjModel`."""
         self.data = mujoco.MjData(self.model)
@@ -75,8 +79,9 @@ class Engine(em.engines.Engine):
         self.name, self.step = name, float(self.model.opt.timestep)
         self.threads = core_count("threads", threads)
         """Threads that step it."""
+        self._roles: dict[str, Any] = {"objects": _names(objects), "effector": _names(effector)}
         self.scene: em.Scene = (
-            scene_of(self.model, self.data, objects=_names(objects), effector=_names(effector))
+            scene_of(self.model, self.data, **self._roles)
             if scene is None
             else scene.with_engine("native")
         )
@@ -136,66 +141,73 @@ class Engine(em.engines.Engine):
         count, steps = len(batch.states), batch.steps
         paths = np.empty((count, steps, self.columns.physics.size))
         memory = batch.memory.copy()
-        rows = itertools.count()
-
-        def work() -> None:
-            for row in iter(lambda: next(rows), None):
-                if row >= count:
-                    return
-                self._roll(memory[row], self._control(batch, row), paths[row])
-
-        threads = min(self.threads, count)
-        if threads > 1:
-            pool = _pool(self.threads)
-            for done in [pool.submit(work) for _ in range(threads)]:
-                done.result()
-        else:
-            work()
+        for first in range(0, steps, PIECE):
+            some = slice(first, first + PIECE)
+            self._play_piece(batch, some, memory, paths[:, some])
         own = np.repeat(memory[:, None], steps // batch.every, axis=1)
         own[..., self.columns.physics] = paths[:, batch.every - 1 :: batch.every]
         states = self._reader.states(own.reshape(-1, self.memory))
         states = states.reshape(count, -1, batch.states.shape[1])
-        states[~np.isfinite(memory).all(axis=1)] = np.nan
+        diverged = ~np.isfinite(memory).all(axis=1)
+        states[diverged] = paths[diverged] = np.nan
         return states, memory, self._work(batch, paths)
 
-    def _control(self, batch: em.engines.Batch, row: int) -> Numbers:
-        """What the user of MuJoCo sets in each step of a rollout, shape (steps, u)."""
-        columns = self.columns
-        control = np.empty((batch.steps, columns.user.size))
-        control[:] = batch.memory[row, columns.user]
+    def _play_piece(
+        self, batch: em.engines.Batch, some: slice, memory: Numbers, paths: Numbers
+    ) -> None:
+        """Some steps: memory becomes that after the last one, paths the physics after each."""
+        columns, (count, steps) = self.columns, paths.shape[:2]
+        start, warm, user = (
+            memory[:, of] for of in (columns.physics, columns.warmstart, columns.user)
+        )
+        rows, over = iter(np.flatnonzero(~np.isnan(start[:, 0])).tolist()), Event()
+
+        def work() -> None:
+            try:
+                data, rollout = self._idle.pop()
+            except IndexError:
+                data, rollout = mujoco.MjData(self.model), mujoco_rollout.Rollout(nthread=0)
+            sensors = np.empty((1, steps, self.model.nsensordata))
+            for row in rows:
+                if over.is_set():
+                    break
+                own = slice(row, row + 1)
+                rollout.rollout(
+                    [self.model],
+                    [data],
+                    start[own],
+                    self._control(batch, row, user[row], some)[None],
+                    control_spec=USER,
+                    skip_checks=True,
+                    nstep=steps,
+                    initial_warmstart=warm[own],
+                    state=paths[own],
+                    sensordata=sensors,
+                )
+                warm[row] = data.qacc_warmstart
+            self._idle.append((data, rollout))
+
+        if min(self.threads, count) > 1:
+            _together(_pool(self.threads), work, min(self.threads, count), over)
+        else:
+            work()
+        lost = ~(np.abs(paths[:, -1, 0] - start[:, 0] - steps * self.step) <= self.step / 2)
+        memory[:, columns.physics], memory[:, columns.warmstart] = paths[:, -1], warm
+        for name, values in batch.commands.items():  # which stay until they are set anew
+            memory[:, columns.controls[self._actuators[name]]] = values[:, some][:, -1]
+        memory[lost] = np.nan
+
+    def _control(self, batch: em.engines.Batch, row: int, user: Numbers, some: slice) -> Numbers:
+        """What the user of MuJoCo sets in some steps of a rollout, shape (steps, u)."""
+        columns, pushes = self.columns, batch.pushes[row, some]
+        control = np.empty((len(pushes), user.size))
+        control[:] = user
         for name, values in batch.commands.items():
-            control[:, columns.control + self._actuators[name]] = values[row]
+            control[:, columns.control + self._actuators[name]] = values[row, some]
         for number, body in enumerate(self._reader.objects):
             at = columns.applied + 6 * body
-            control[:, at : at + 6] += batch.pushes[row, :, number]
+            control[:, at : at + 6] += pushes[:, number]
         return control
-
-    def _roll(self, memory: Numbers, control: Numbers, path: Numbers) -> None:
-        """Plays a rollout: memory becomes that after the last step, path the physics after each."""
-        columns, steps, start = self.columns, len(path), memory[0]
-        try:
-            data, rollout = self._idle.pop()
-        except IndexError:
-            data, rollout = mujoco.MjData(self.model), mujoco_rollout.Rollout(nthread=0)
-        rollout.rollout(
-            [self.model],
-            [data],
-            memory[None, columns.physics],
-            control[None],
-            control_spec=USER,
-            skip_checks=True,
-            nstep=steps,
-            initial_warmstart=memory[None, columns.warmstart],
-            state=path[None],
-            sensordata=np.empty((1, steps, self.model.nsensordata)),
-        )
-        memory[columns.physics] = path[-1]
-        memory[columns.warmstart] = data.qacc_warmstart
-        self._idle.append((data, rollout))
-        first = columns.control  # controls stay until they are set anew, pushes do not
-        memory[columns.controls] = control[-1, first : first + columns.controls.size]
-        if abs(path[-1, 0] - start - steps * self.step) > self.step / 2:
-            memory[:] = path[:] = np.nan
 
     def _work(self, batch: em.engines.Batch, paths: Numbers) -> Numbers:
         """Of each push in each step, at the mean of the velocities before and after."""
@@ -213,12 +225,7 @@ class Engine(em.engines.Engine):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """With the model, the start, and a scene of another making, as a problem's file has it."""
-        bodies = self.scene.bodies
-        own = {
-            name: [body.name for body in bodies if body.role == role]
-            for name, role in (("objects", "object"), ("effector", "effector"))
-        }
-        options = {**own, "threads": self.threads, "name": self.name}
+        options = {**self._roles, "threads": self.threads, "name": self.name}
         text = self._scene_as_text(self.scene) if self._has_own_scene else None
         return _engine_at, (self.model, self.home, options, text)
 
@@ -240,6 +247,21 @@ def _engine_at(
 def _pool(threads: int) -> ThreadPoolExecutor:
     """Shared by all engines of so many threads."""
     return ThreadPoolExecutor(threads, "mujoco")
+
+
+def _together(
+    pool: ThreadPoolExecutor, work: Callable[[], None], threads: int, over: Event
+) -> None:
+    """Lets threads work. An interrupt comes through between two looks, and ends them soon."""
+    pending = [pool.submit(work) for _ in range(threads)]
+    try:
+        while wait(pending, LOOK).not_done:
+            pass
+    finally:
+        over.set()
+        wait(pending)
+    for done in pending:
+        done.result()
 
 
 def _names(given: Sequence[str] | str) -> tuple[str, ...]:

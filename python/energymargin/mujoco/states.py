@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 import energymargin as em
-from energymargin.base.checks import check_shape
+from energymargin.base.checks import check_shape, check_type
 from energymargin.base.plausibility import warn
 from energymargin.mujoco.mjcf_bodies import inertia_of
 
@@ -242,6 +242,20 @@ class Names:
         """Free bodies and joints of the scene's states that the model does not have."""
 
 
+def require_data(model: Any, data: Any) -> None:
+    """ValueError unless these are a `mujoco.MjModel` and its `mujoco.MjData`: MuJoCo itself would
+    write beyond the arrays of another one's."""
+    check_type("model", model, mujoco.MjModel, "a mujoco.MjModel")
+    check_type("data", data, mujoco.MjData, "a mujoco.MjData")
+    sizes = {"nq": data.qpos.size, "nv": data.qvel.size, "nbody": len(data.xpos)}
+    for name, size in sizes.items():
+        if size != (wanted := int(getattr(model, name))):
+            raise ValueError(
+                f"data is of a model with {name} = {size}, expected that of the model, which has "
+                f"{wanted}: mujoco.MjData(model)"
+            )
+
+
 def state(
     scene: em.Scene, model: Any, data: Any, *, prefix: str = "", others: ArrayLike | None = None
 ) -> Vector:
@@ -263,6 +277,7 @@ def state(
     Raises ValueError on bodies and joints that the model does not have, and on a body that is fixed
     in the scene and elsewhere in the model. ImportError without MuJoCo.
     """
+    require_data(model, data)
     states = States(scene, model, prefix=prefix, others=others)
     own = copy(data)
     states.refresh(own)
@@ -284,6 +299,7 @@ def set_state(
     Raises ValueError on a body that MuJoCo cannot place, and then changes nothing. ImportError
     without MuJoCo.
     """
+    require_data(model, data)
     own = copy(data)
     States(scene, model, prefix=prefix, others=scene.pack()).write(own, state)
     for servo in servos(Names(scene, model, prefix), model).values():

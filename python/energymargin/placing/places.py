@@ -173,7 +173,11 @@ def placements(
     limit = Limit(timeout, cancel)
     objects = [one.name for one in scene.bodies if one.role == "object"]
     checks.one_of("body", body, objects)
-    checks.whole_number("pushed", pushed, 0)
+    if checks.whole_number("pushed", pushed, 0) and not isinstance(scene.engine, str):
+        raise ValueError(
+            f"pushed is {pushed} with the engine {scene.engine.name!r}, which tells no contacts, "
+            "expected pushed=0, or scene.with_engine('native')"
+        )
     jolts = {"knock": knock, "shake": shake, "tilt": tilt}
     for name, value in jolts.items():
         checks.not_negative_number(name, value)

@@ -1,5 +1,6 @@
 import os
 import pickle
+import signal
 
 import known_losses
 import numpy as np
@@ -243,6 +244,87 @@ def test_engines_are_compared_on_the_same_draws():
     above, below = em.plots.figure_engines(comparison).axes
     assert len(below.lines) == 3
     assert above.get_ylim()[1] > 1
+
+
+def test_data_of_another_model_are_refused_wherever_they_are_taken():
+    scene, other = cup().scene, mujoco.MjData(model_of(SOFT))
+    model = scene.engine.model
+    takers = (
+        lambda data: em.mujoco.Engine(model, data, objects="cup"),
+        lambda data: em.mujoco.doctor(model, data),
+        lambda data: em.mujoco.state(scene, model, data),
+        lambda data: em.mujoco.set_state(model, data, scene, scene.pack()),
+    )
+    for take in takers:
+        with pytest.raises(ValueError, match=r"data is of a model with nq = \d+, expected"):
+            take(other)
+        with pytest.raises(ValueError, match=r"data is 3, expected a mujoco\.MjData"):
+            take(3)
+    with pytest.raises(ValueError, match=r"model is 'x\.xml', expected a mujoco\.MjModel"):
+        em.mujoco.doctor("x.xml")
+
+
+def test_engines_of_another_scene_are_not_compared():
+    other = em.mujoco.Engine(model_of(CUP.replace('"cup"', '"mug"')), objects="mug")
+    with pytest.raises(ValueError, match="of another scene: 'cup' is not in both"):
+        em.compare_engines(cup(), ["native", other], rollouts=4)
+
+
+TRAY = """<mujoco><option timestep="0.004"/><worldbody><body name="tray" pos="0 0 .3">
+<joint name="x" type="slide" axis="1 0 0" damping="20"/>
+<joint name="tilt" axis="0 1 0" damping="2"/>
+<geom type="box" size=".15 .15 .01" mass="2"/></body>
+<body name="mug" pos="0 0 .3598"><freejoint/><geom type="cylinder" size=".03 .05" mass=".3"/></body>
+</worldbody><actuator><position name="x" joint="x" kp="400"/>
+<position name="tilt" joint="tilt" kp="300"/></actuator></mujoco>"""
+
+
+def tray(**question):
+    inside = em.regions.Ball("mug", (0, 0, 0.06), 0.03, frame="tray")
+    asked = {"captured": inside, "force": (1.2, 1.2, 0.3), "horizon": 0.4, "check": 0.02}
+    bodies = {"objects": "mug", "effector": "tray"}
+    return em.Problem.from_mujoco(model_of(TRAY), **bodies, **{**asked, **question})
+
+
+def test_an_effector_on_several_joints_goes_to_another_process():
+    engine = tray().scene.engine
+    again = pickle.loads(pickle.dumps(engine))
+    assert again.digest() == engine.digest()
+    assert [body.role for body in again.scene.bodies] == [b.role for b in engine.scene.bodies]
+
+
+def test_what_placements_need_of_an_engine_is_said_before_they_are_asked():
+    scene = tray().scene
+    with pytest.raises(ValueError, match="pushed is 3 with the engine 'mujoco'"):
+        em.placements(scene, "mug", on=["tray"], pushed=3)
+    found = em.placements(scene, "mug", on=["tray"], spacing=0.2, pushed=0, rollouts=4)
+    assert found.complete and len(found.poses)
+
+
+class Interrupted(em.mujoco.Engine):
+    """Ctrl-C comes in its third piece."""
+
+    pieces = 0
+
+    def _control(self, *piece):
+        self.pieces += 1
+        if self.pieces == 3:
+            os.kill(os.getpid(), signal.SIGINT)
+        return super()._control(*piece)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_an_interrupt_ends_a_long_batch_between_two_pieces_of_it(threads):
+    engine = Interrupted(model_of(CUP), objects="cup", threads=threads)
+    rows, pieces = 4, 200
+    steps = 500 * pieces
+    state, memory = (np.tile(row, (rows, 1)) for row in (engine.state, engine.home))
+    pushes = np.broadcast_to(np.zeros(6), (rows, steps, 1, 6))
+    with pytest.raises(KeyboardInterrupt):
+        engine.play(em.engines.Batch(state, memory, pushes, {}, steps, steps))
+    assert engine.pieces < rows * pieces
+    again, _, _ = engine.play(em.engines.Batch(state, memory, pushes[:, :20], {}, 20, 20))
+    assert np.isfinite(again).all()
 
 
 def test_engine_with_a_scene_of_its_own_goes_to_processes():
