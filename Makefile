@@ -52,7 +52,7 @@ WHEEL := $(if $(shell command -v g++),,$(lastword $(sort $(wildcard dist/energym
 .DELETE_ON_ERROR:
 
 demo: $(if $(WHEEL),.venv/wheel,.venv/built)
-	$(BIN)/energymargin demo --trajectories 50 --trials 30
+	$(BIN)/energymargin demo --trajectories 50 --trials 30 --nodes 100
 
 test: .venv/built .venv/browser
 	$(BIN)/ctest --test-dir build --output-on-failure --parallel 2

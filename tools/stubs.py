@@ -18,8 +18,9 @@ def main(folder: str = "python") -> None:
     for module in (_core, _core.disturbances, _core.regions):
         for kind in filter(isclass, vars(module).values()):
             for name, method in list(vars(kind).items()):
-                if hasattr(method, "__wrapped__"):
-                    is_static, compiled = isinstance(method, staticmethod), unwrap(method)
+                compiled = unwrap(method)
+                if compiled is not method:
+                    is_static = isinstance(method, staticmethod)
                     setattr(kind, name, staticmethod(compiled) if is_static else compiled)
     write_stubs(("energymargin._core", "-o", folder, "--enum-class-locations", ".+:_core"))
 

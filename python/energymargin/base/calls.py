@@ -23,11 +23,13 @@ def explained(function: Callable[..., Any], name: str) -> Callable[..., Any]:
     def call(*args: Any, **kwargs: Any) -> Any:
         try:
             return function(*args, **kwargs)
-        except TypeError as error:
-            why = _misfit(function.__doc__ or "", args, kwargs)
-            if why is None:
-                raise TypeError(with_way(str(error))) from error
-            raise TypeError(f"{name}() {why}") from error
+        except (TypeError, ValueError) as error:
+            kind, text = type(error), str(error)
+            why = _misfit(function.__doc__ or "", args, kwargs) if kind is TypeError else None
+            said = with_way(text) if why is None else f"{name}() {why}"
+            if kind not in (TypeError, ValueError) or said == text:
+                raise
+            raise kind(said) from error
 
     return call
 

@@ -24,7 +24,9 @@ WAYS = {
     "a Problem": "em.Problem(scene, scene.pack(), captured=em.regions.Ball(...), ...); of another "
     "plan problem.replace(plan=plan), of another state problem.with_state(state)",
     "a Scene": "em.Scene(), then add_body, em.scenes.from_urdf(path) or from_mjcf(path)",
+    "an em.grasps.GraspObject": "em.grasps.GraspObject.load(path, mass=0.3)",
     "a mujoco.MjModel": "mujoco.MjModel.from_xml_path(path)",
+    "something that a robot can hold": "without a robot a problem has horizon=0.5 and no plan",
     "a Region": "em.regions.Ball('BODY', center=(0, 0, 0), radius=0.05), or another of em.regions",
 }
 

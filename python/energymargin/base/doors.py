@@ -115,7 +115,8 @@ def _checked_function(function: Any, package: str | None = None) -> Any:
             if isinstance(error, TypeError) and (
                 why := surplus(inspect.signature(function), args, kwargs)
             ):
-                raise TypeError(f"{function.__name__}() {why}") from error
+                name = function.__qualname__.removesuffix(".__init__")
+                raise TypeError(f"{name}() {why}") from error
             raise
 
     if package is not None:

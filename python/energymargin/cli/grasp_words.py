@@ -142,6 +142,10 @@ def chosen_hand(text: str) -> Hand:
 
     if text in HANDS:
         return HANDS[text]
+    if Path(text).suffix in (".urdf", ".xml"):
+        hand = {"path": text, "close": {"JOINT": ["OPEN", "CLOSED"]}, "fingers": ["LINK", "LINK"]}
+        way = json.dumps({**hand, "frame": "LINK"})
+        raise ValueError(f"--hand is {text!r}, expected {', '.join(HANDS)}, or of a file '{way}'")
     given = _given("--hand", text, HANDS)
     if "path" in given:
         if given.get("pads") is not None:

@@ -27,6 +27,7 @@ from energymargin import (
     regions,
 )
 from energymargin.base.checks import check_type
+from energymargin.base.plausibility import kept_warnings
 from energymargin.disturbances import Disturbance, Uniform
 from energymargin.grasps.belief import GraspBelief, GraspDraw
 from energymargin.grasps.depths import clearance, is_sunk
@@ -141,7 +142,8 @@ class GraspTrials:
         if closed.ending:
             why = NO_GRIP[closed.ending]
             raise ValueError(f"number is {grasp.number}, a grasp whose hand {why}")
-        return self.problem(closed, draw)
+        with kept_warnings():  # the half turn of a hand from above is meant
+            return self.problem(closed, draw)
 
     def open_problem(self, grasp: Grasp) -> Problem:
         """The open hand where the grasp says, to be seen: it passes through whatever is there."""

@@ -1,6 +1,7 @@
 """Grasps that are scored: closed forms, draws, what is lost and how, files of scores."""
 
 import threading
+import warnings
 from contextlib import suppress
 from dataclasses import replace
 from time import monotonic
@@ -446,6 +447,10 @@ def test_a_hand_of_a_file_has_its_grasp_frame_where_a_link_is_and_closes_with_it
 
 
 def test_what_a_hand_of_a_file_does_not_have_is_refused(two_fingers):
+    with pytest.raises(
+        ValueError, match=r"hand is 'a.urdf', .* em.grasps.HandFile\('a.urdf', close="
+    ):
+        score(grasps(), "a.urdf", cube())
     with pytest.raises(ValueError, match=r"joints has 'thumb', expected one of left_slide"):
         score(grasps(), replace(two_fingers, close={"thumb": (0, 1)}), cube())
     with pytest.raises(ValueError, match=r"fingers names 'pad'"):
@@ -562,7 +567,10 @@ def test_a_table_ranks_the_grasps_and_says_how_each_is_lost():
     assert np.isnan(scores.efforts[0])
     assert scores.to_csv().count("\n") == 4
     assert (scores.best, scores.worst) == (1, 0)
-    assert scores.problem(1).plan.duration == pytest.approx(scores.horizon)
+    with warnings.catch_warnings():  # from above is a half turn, and meant
+        warnings.simplefilter("error")
+        assert scores.problem(1).plan.duration == pytest.approx(scores.horizon)
+        assert scores.shown(1)[1] == ""
     with pytest.raises(ValueError, match="does not close on the object"):
         scores.problem(0)
 
