@@ -105,8 +105,8 @@ NAMES = {
     r"^rank\(\) takes problems, plans: .* 'metrics'; did you mean 'metric'\?$": (
         lambda s, p: em.rank([p, p], metrics="effort")
     ),
-    r"^ParallelGripper\(\) takes opening, .* 'widht'": (
-        lambda s, p: em.grasps.ParallelGripper(widht=0.1)
+    r"^ParallelGripper\(\) takes opening, .* 'wide'": (
+        lambda s, p: em.grasps.ParallelGripper(wide=0.1)
     ),
     r"^simulate\(\) lacks steps: it needs state, steps$": (
         lambda s, p: em.World(s).simulate(p.state)
