@@ -10,6 +10,11 @@ namespace {
 constexpr double enough = 0.5;
 constexpr int patience = 8;
 
+// Islands of more movers seldom end after so many iterations: softer contacts come next. Nobody who allows for no more
+// wants those.
+constexpr std::size_t many = 16;
+constexpr int most_of_many = 40;
+
 constexpr double most_harder = 100.0;  // a contact is made, under a load
 
 }  // namespace
@@ -33,8 +38,7 @@ bool NewtonSolver::solve(int iterations, double tolerance, bool again) {
     }
     const bool solved = solve_island(island, iterations, tolerance);
     converged = converged && solved;
-    for (const std::size_t k : island.contacts) contacts_[k].impulse = contacts_[k].response.impulse;
-    for (const std::size_t k : island.limited) limited_[k].impulse = limited_[k].impulse_of_miss();
+    keep_impulses(island);
     if (error(island) <= tolerance) balance(island);  // what is left of an error would be blown up
   }
   return converged;
@@ -70,13 +74,16 @@ bool NewtonSolver::harden(const Island& island) {
 // Of several solutions that one is taken which goes on from the state: where something that was squeezed has let go,
 // the step is solved once more from friction that holds it.
 bool NewtonSolver::solve_island(const Island& island, int iterations, double tolerance) {
-  int left = iterations;
+  const int tried = island.movers.size() > many ? std::min(iterations, most_of_many) : iterations;
+  const int softer = iterations > most_of_many ? iterations : 0;
+  int left = tried;
+  soft_left_ = softer;
   copy(island, velocities_, start_);
   const double error = coulomb_error(island, false);
   for (const std::size_t k : island.contacts) contacts_[k].first_miss = contacts_[k].miss[normal_row];
   bool converged = iterate(island, left, tolerance, error, false);
   if (converged) find_gone(island);
-  if (converged && were_squeezed()) {
+  if (converged && soft_left_ == softer && were_squeezed()) {
     const std::size_t gone = gone_.size();
     copy(island, velocities_, found_);
     copy(island, start_, velocities_);
@@ -92,8 +99,13 @@ bool NewtonSolver::solve_island(const Island& island, int iterations, double tol
       coulomb_error(island, false);
     }
   }
-  if (converged && harden(island)) converged = iterate(island, left, tolerance, coulomb_error(island, false), false);
-  iterations_ += iterations - left;
+  if (converged && harden(island)) {
+    const bool was_softer = soft_left_ < softer;
+    soft_left_ = softer;
+    converged = was_softer ? harden_gradually(island, 0.0, tolerance)
+                           : iterate(island, left, tolerance, coulomb_error(island, false), false);
+  }
+  iterations_ += tried - left;
   return converged;
 }
 
@@ -122,6 +134,7 @@ bool NewtonSolver::iterate(const Island& island, int& left, double tolerance, do
     if (left > 0) --left;  // a round counts, also one that finds no direction
     error = bounded_error(island, left, tolerance);
     if (left > 0 || error <= tolerance) continue;
+    if (find_gradually(island, tolerance)) return true;
     int more = patience;
     minimize(island, more, tolerance);
     return false;
