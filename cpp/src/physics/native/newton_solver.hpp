@@ -63,7 +63,7 @@ class NewtonSolver : public VelocitySystem {
   bool harden(const Island& island);
   void soften(const Island& island, const HardRows& hard, double level);
   double descend(const Island& island, int most, double tolerance);
-  bool find_gradually(const Island& island, double tolerance);
+  bool find_gradually(const Island& island, double level, double tolerance);
   bool harden_gradually(const Island& island, double level, double tolerance);
   void keep_impulses(const Island& island);
   void keep_directions(const Island& island);

@@ -16,7 +16,7 @@ constexpr double soft_share = 0.1;
 
 // Levels: 1 is that softness, 0 the rows' own, and between them it goes as a power. Rows become harder by so much at
 // first, and at least; where Newton's method does not end they become softer again.
-constexpr double first_level = 0.5, softest_level = 1.0, first_descent = 0.25, least_descent = 0.05, shorter = 0.7;
+constexpr double softest_level = 1.0, first_descent = 0.25, least_descent = 0.05, shorter = 0.7;
 constexpr double ascent = 0.4, highest = 1.5;
 
 // Iterations at a level, and at the first one. The error that is enough for the next level.
@@ -71,19 +71,17 @@ void NewtonSolver::keep_impulses(const Island& island) {
   for (const std::size_t k : island.limited) limited_[k].impulse = limited_[k].impulse_of_miss();
 }
 
-// From the velocities of friction with fixed bounds, and from the start of the step without any impulse. Whether one
-// of them leads to Coulomb's law; if not, velocities are as before.
-bool NewtonSolver::find_gradually(const Island& island, double tolerance) {
-  const int budget = soft_left_;
-  if (budget == 0) return false;
-  tresca_error(island);
-  keep_impulses(island);
-  if (harden_gradually(island, first_level, tolerance)) return true;
+// From the velocities, with the impulses of the last evaluation, or else from the start of the step without any.
+// Whether one of them leads to Coulomb's law; if not, velocities are as before.
+bool NewtonSolver::find_gradually(const Island& island, double level, double tolerance) {
+  const int most = soft_left_;
   const std::vector<double> before = velocities_;
+  keep_impulses(island);
+  if (harden_gradually(island, level, tolerance)) return true;
   copy(island, start_, velocities_);
   for (const std::size_t k : island.contacts) contacts_[k].impulse = {};
   for (const std::size_t k : island.limited) limited_[k].impulse = 0.0;
-  soft_left_ = budget;
+  soft_left_ = most;
   if (harden_gradually(island, softest_level, tolerance)) return true;
   copy(island, before, velocities_);
   return false;
@@ -102,8 +100,8 @@ bool NewtonSolver::harden_gradually(const Island& island, double level, double t
     copy(island, last, velocities_);
     const double aim = level > 0.0 ? std::max(rough, tolerance) : tolerance;
     if (descend(island, most, aim) <= aim) {
-      keep_impulses(island);
       if (level == 0.0) return true;
+      keep_impulses(island);
       copy(island, velocities_, last);
       level = level < descent + least_descent ? 0.0 : level - descent;
     } else {
