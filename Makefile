@@ -1,7 +1,7 @@
 # make demo   the main job: generate pushes, score them, compare with the ground truth, draw
 # make test   tests, C++ and Python      make check-all   the long ones: studies, tutorials, kills; C++ again with
 #                                                         sanitizers, a short fuzz, and the pages
-# make check  formats and types        make format  put them right
+# make check  formats, spelling, types make format  put them right
 # make docs   this project's pages, into build/docs/index.html
 # make bench  speed, into out/speed.md   make bench-scale   millions of states, into out/scale.md: some twenty minutes, or less with
 #                                                           BENCH='--parts throughput,cost' or --quick
@@ -52,7 +52,7 @@ WHEEL := $(if $(shell command -v g++),,$(lastword $(sort $(wildcard dist/energym
 .DELETE_ON_ERROR:
 
 demo: $(if $(WHEEL),.venv/wheel,.venv/built)
-	$(BIN)/energymargin demo --trajectories 50 --trials 30
+	$(BIN)/energymargin demo --trajectories 50 --trials 30 --nodes 100
 
 test: .venv/built .venv/browser
 	$(BIN)/ctest --test-dir build --output-on-failure --parallel 2
@@ -102,6 +102,7 @@ bench-contact: .venv/built
 check: .venv/built
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
+	$(BIN)/codespell $$(git ls-files)
 	$(BIN)/mypy
 	$(BIN)/mypy python/bench/*.py tools/*.py
 	$(BIN)/clang-format --dry-run --Werror $$(git ls-files '*.hpp' '*.cpp')

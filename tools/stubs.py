@@ -6,7 +6,7 @@ Its constructors and functions are taken as they are compiled, without what expl
 from __future__ import annotations
 
 import sys
-from inspect import isclass
+from inspect import isclass, unwrap
 
 from pybind11_stubgen import main as write_stubs
 
@@ -18,8 +18,10 @@ def main(folder: str = "python") -> None:
     for module in (_core, _core.disturbances, _core.regions):
         for kind in filter(isclass, vars(module).values()):
             for name, method in list(vars(kind).items()):
-                if hasattr(method, "__wrapped__"):
-                    setattr(kind, name, method.__wrapped__)
+                compiled = unwrap(method)
+                if compiled is not method:
+                    is_static = isinstance(method, staticmethod)
+                    setattr(kind, name, staticmethod(compiled) if is_static else compiled)
     write_stubs(("energymargin._core", "-o", folder, "--enum-class-locations", ".+:_core"))
 
 

@@ -1451,6 +1451,12 @@ class Problem:
         A problem from JSON text. folder: what the paths of its meshes are relative to; policies: as of load. Raises ValueError that names the place and what was expected.
         """
     @staticmethod
+    def from_mujoco(model: typing.Any, data: typing.Any = None, **question: typing.Any) -> Problem:
+        """
+        The question of a `mujoco.MjModel` from its `mujoco.MjData` on, in MuJoCo itself:
+            `em.mujoco.problem(model, data, objects=..., captured=..., force=..., horizon=...)`.
+        """
+    @staticmethod
     def load(path: typing.Any, *, start_outside: bool = False, policies: collections.abc.Mapping[str, Plan] = {}) -> Problem:
         """
         Reads a JSON file. policies: by name, the em.Policy of which a file has that name alone. Raises OSError if it cannot be opened, and ValueError that names the file, the place in it and what was expected, as a policy. Warns as the constructor does, and of friction along one direction, which files of version 0.13 may ask for.

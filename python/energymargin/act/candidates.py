@@ -53,17 +53,30 @@ class Standing(Record):
         return int(np.isnan(self.values).sum())
 
 
-def named(problems: Sequence[Problem] | Mapping[str, Problem]) -> dict[str, Problem]:
-    """Problems by name; those of a list by their numbers. Raises ValueError on none."""
-    if not isinstance(problems, (Mapping, Sequence)) or isinstance(problems, str):
-        raise ValueError(f"problems is {shown(problems)}, expected several, as a list or a dict")
-    if not problems:
-        raise ValueError("problems is empty, expected one at least")
+def named(problems: object, plans: object = None) -> dict[str, Problem]:
+    """Problems by name, or one with each of several plans; those of a list by their numbers. Raises
+    ValueError on none."""
+    if plans is not None and not isinstance(problems, Problem):
+        raise ValueError(
+            f"problems is {shown(problems)} beside plans, expected one Problem, which gets each of "
+            "them; problems that have plans of their own come without plans="
+        )
+    argument, several = ("problems", problems) if plans is None else ("plans", plans)
+    if not isinstance(several, (Mapping, Sequence)) or isinstance(several, str):
+        way = "; for plans of one problem: em.rank(problem, {'left': plan, 'right': other})"
+        raise ValueError(
+            f"{argument} is {shown(several)}, expected several, as a list or a dict"
+            + way * isinstance(several, Problem)
+        )
+    if not several:
+        raise ValueError(f"{argument} is empty, expected one at least")
     field: dict[str, Problem] = {}
-    for name, problem in problems.items() if isinstance(problems, Mapping) else enumerate(problems):
+    for name, one in several.items() if isinstance(several, Mapping) else enumerate(several):
         if str(name) in field:
-            raise ValueError(f"problems has the name {str(name)!r} twice, expected different names")
-        field[str(name)] = problem
+            raise ValueError(
+                f"{argument} has the name {str(name)!r} twice, expected different names"
+            )
+        field[str(name)] = problems.replace(plan=one) if isinstance(problems, Problem) else one
     return field
 
 

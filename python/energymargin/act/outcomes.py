@@ -23,6 +23,7 @@ from energymargin.base.summary import Summarized
 
 Vector = NDArray[np.float64]
 Outcomes = ArrayLike | str | Path
+Start = tuple[Any, ...]  # of an episode: its seed; or group and number of its task, and its own
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -56,7 +57,8 @@ def compare(a: Outcomes, b: Outcomes, *, confidence: float = 0.95) -> OutcomeCom
         a, b: outcomes in the order in which they were won, 0 or 1, or any scores of which more is
             better; or a LeRobot `eval_info.json`. Episode k of one is compared with episode k of
             the other: the same start and seed make that sharper, others keep it right. Files with
-            seeds are paired by them. What the longer one has beyond the shorter does not count.
+            seeds are paired by them, those of several tasks by task and episode. What only one has
+            does not count.
         confidence: with which "better" is said.
 
     The claim is anytime-valid: it may be looked at after each episode, and outcomes be added until
@@ -66,12 +68,14 @@ def compare(a: Outcomes, b: Outcomes, *, confidence: float = 0.95) -> OutcomeCom
     if share("confidence", confidence) in (0.0, 1.0):
         raise ValueError(f"confidence is {confidence:g}, expected a number between 0 and 1")
     (first, of_first), (second, of_second) = _read("a", a), _read("b", b)
-    if of_first is not None and of_second is not None:
-        both = [seed for seed in of_first if seed in of_second]
+    if of_first and of_second and len(of_first[0]) == len(of_second[0]):
+        both = [start for start in of_first if start in of_second]
         if not both:
-            raise ValueError("a and b have no seed in common, expected episodes of the same seeds")
-        first = first[[of_first.index(seed) for seed in both]]
-        second = second[[of_second.index(seed) for seed in both]]
+            raise ValueError(
+                "a and b have no seed and no task in common, expected episodes of the same ones"
+            )
+        first = first[[of_first.index(start) for start in both]]
+        second = second[[of_second.index(start) for start in both]]
     pairs = min(len(first), len(second))
     first, second = first[:pairs], second[:pairs]
     won, lost = np.cumsum(first > second).tolist(), np.cumsum(first < second).tolist()
@@ -94,40 +98,49 @@ def compare(a: Outcomes, b: Outcomes, *, confidence: float = 0.95) -> OutcomeCom
     )
 
 
-def _read(name: str, given: Outcomes) -> tuple[Vector, list[int] | None]:
-    """Outcomes, and their seeds, if a file has them."""
-    seeds: list[int] | None = None
+def _read(name: str, given: Outcomes) -> tuple[Vector, list[Start] | None]:
+    """Outcomes, and where each episode started, if a file says that."""
+    starts: list[Start] | None = None
     values: Any = given
     if isinstance(given, str | Path):
         episodes = _episodes(Path(given))
-        values = [one.get("success", one.get("sum_reward")) for one in episodes]
-        found = [one.get("seed") for one in episodes]
-        seeds = (
-            None
-            if None in found or len(set(found)) < len(found)
-            else [int(one) for one in found if one is not None]
-        )
+        values = [value for value, _ in episodes]
+        starts = [start for _, start in episodes if start is not None]
+        starts = starts if len(set(starts)) == len(episodes) else None
     try:
         outcomes = np.asarray(values, dtype=float)
     except (TypeError, ValueError):
         outcomes = np.zeros((0, 0))
     if outcomes.ndim != 1 or not len(outcomes) or not np.isfinite(outcomes).all():
         raise ValueError(f"{name} is {shown(given)}, expected a list of finite outcomes")
-    return outcomes, seeds
+    return outcomes, starts
 
 
-def _episodes(path: Path) -> list[dict[str, Any]]:
-    """Those of a LeRobot evaluation: one task's, or of several tasks one after the other."""
+def _episodes(path: Path) -> list[tuple[Any, Start | None]]:
+    """Those of a LeRobot evaluation. Tasks that ran in parallel are in the file as they ended: they
+    are put in order, since the first to end may be those that went well."""
     try:
         whole = json.loads(path.read_text())
         if "per_episode" in whole:
-            return list(whole["per_episode"])
-        tasks = [task.get("metrics", task) for task in whole["per_task"]]
-        return [{"success": one} for task in tasks for one in task["successes"]]
+            return [_episode(one) for one in whole["per_episode"]]
+        tasks = [
+            (str(one.get("task_group", "")), one.get("task_id", number), one.get("metrics", one))
+            for number, one in enumerate(whole["per_task"])
+        ]
+        return [
+            (value, (group, number, k))
+            for group, number, task in sorted(tasks, key=lambda one: one[:2])
+            for k, value in enumerate(np.atleast_1d(task["successes"]).tolist())
+        ]
     except (json.JSONDecodeError, UnicodeDecodeError, KeyError, TypeError, AttributeError) as error:
         raise ValueError(
             f"{path} is no evaluation of LeRobot, expected a JSON file with per_episode or per_task"
         ) from error
+
+
+def _episode(one: dict[str, Any]) -> tuple[Any, Start | None]:
+    seed = one.get("seed")
+    return one.get("success", one.get("sum_reward")), None if seed is None else (seed,)
 
 
 def _rate(outcomes: Vector, confidence: float) -> tuple[float, float]:

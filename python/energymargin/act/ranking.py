@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from energymargin._core import Cancel, Problem
+from energymargin._core import Cancel, Plan, Problem
 from energymargin.act.candidates import Standing, check_alike, named
 from energymargin.act.draws import (
     EFFORTS,
@@ -174,7 +174,8 @@ class Ranking(Summarized):
 
 
 def rank(
-    problems: Sequence[Problem] | Mapping[str, Problem],
+    problems: Problem | Sequence[Problem] | Mapping[str, Problem],
+    plans: Sequence[Plan] | Mapping[str, Plan] | None = None,
     *,
     metric: str = "probability",
     rollouts: int = 200,
@@ -202,6 +203,7 @@ def rank(
     Args:
         problems: the candidates, with the same step, objects and bounds, and with the same horizon
             unless success is asked; a dict gives them names, otherwise they are "0", "1", ...
+        plans: of a single problem: each makes a candidate of it, `problem.replace(plan=plan)`.
         metric: "probability" of staying captured, "probability/success", or an effort of escape,
             "effort", "effort/est" or "effort/rrt".
         rollouts: the most draws of each candidate; of an effort, searches.
@@ -233,7 +235,7 @@ def rank(
     most = whole_number("rollouts", rollouts, 1)
     confidence, tolerance = share("confidence", confidence), share("tolerance", tolerance)
     yes_or_no("race", race)
-    field = named(problems)
+    field = named(problems, plans)
     function_or_none("progress", progress, "done", "total")
     for name, problem in field.items():
         question.check(f"problems[{name!r}]", problem)

@@ -18,6 +18,25 @@ LONGEST = 60  # characters of a value in an error
 MOST_COUNT, MOST_SEED = 2**31 - 1, 2**64 - 1  # of the core
 
 
+WAYS = {
+    "a Plan": "em.Plan(1 / 240, velocities={'BODY': rows}), as rows of em.motions, or "
+    "em.Plan.hold(scene, state, duration)",
+    "a Problem": "em.Problem(scene, scene.pack(), captured=em.regions.Ball(...), ...); of another "
+    "plan problem.replace(plan=plan), of another state problem.with_state(state)",
+    "a Scene": "em.Scene(), then add_body, em.scenes.from_urdf(path) or from_mjcf(path)",
+    "an em.grasps.GraspObject": "em.grasps.GraspObject.load(path, mass=0.3)",
+    "a mujoco.MjModel": "mujoco.MjModel.from_xml_path(path)",
+    "something that a robot can hold": "without a robot a problem has horizon=0.5 and no plan",
+    "a Region": "em.regions.Ball('BODY', center=(0, 0, 0), radius=0.05), or another of em.regions",
+}
+
+
+def with_way(text: str) -> str:
+    """An error's text, with how the kind of object is made that it ends with."""
+    kind = next((kind for kind in WAYS if text.endswith(f"expected {kind}")), None)
+    return text if kind is None else f"{text}: {WAYS[kind]}"
+
+
 def shown(value: object) -> str:
     """A value in one short line, for an error."""
     try:
@@ -98,7 +117,10 @@ def function_of(name: str, value: Any, *arguments: str) -> Any:
     """`value`, if it can be called with so many arguments; else a ValueError with `name`."""
     expected = f"expected a function ({', '.join(arguments)})"
     if not callable(value):
-        raise ValueError(f"{name} is {value!r}, {expected}")
+        way = ": lambda state, time: problem.with_state(state)" * hasattr(value, "with_state")
+        raise ValueError(
+            f"{name} is {shown(value)}, {expected}{way if 'time' in arguments else ''}"
+        )
     try:
         signature = inspect.signature(value)
     except (TypeError, ValueError):  # of some compiled functions
@@ -132,7 +154,7 @@ def names_of(name: str, value: Sequence[str]) -> Sequence[str]:
 def check_type(name: str, value: object, kind: Any, expected: str) -> None:
     """Raises a ValueError with `name` unless the value is of this kind, a type or several."""
     if not isinstance(value, kind):
-        raise ValueError(f"{name} is {shown(value)}, expected {expected}")
+        raise ValueError(with_way(f"{name} is {shown(value)}, expected {expected}"))
 
 
 def numbers_of(

@@ -22,7 +22,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from energymargin.base.checks import shown
+from energymargin.base.calls import surplus
+from energymargin.base.checks import shown, with_way
 
 
 class ArgumentKind(typing.NamedTuple):
@@ -102,13 +103,20 @@ def _checked_function(function: Any, package: str | None = None) -> Any:
             return function(*args, **kwargs)
         except STUMBLES as error:
             names, kinds = kinds_of(function)
+            if type(error).__module__ == "builtins" and with_way(str(error)) != str(error):
+                raise type(error)(with_way(str(error))) from error
             if type(error).__module__ != "builtins" or _names_one(error, kinds):
                 raise
             for name, value in (*zip(names, args, strict=False), *kwargs.items()):
                 kind = kinds.get(name)
                 if kind is not None and not kind.has(value):
                     text = f"{name} is {shown(value)}, expected {kind.words}"
-                    raise ValueError(text) from error
+                    raise ValueError(with_way(text)) from error
+            if isinstance(error, TypeError) and (
+                why := surplus(inspect.signature(function), args, kwargs)
+            ):
+                name = function.__qualname__.removesuffix(".__init__")
+                raise TypeError(f"{name}() {why}") from error
             raise
 
     if package is not None:

@@ -15,6 +15,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import energymargin._core as compiled
+from energymargin._core import Problem
 from energymargin.base.calls import explained
 from energymargin.base.checks import shown
 from energymargin.base.table_text import markdown_table
@@ -171,29 +172,31 @@ class Summarized:
 
 
 def attach() -> None:
-    """Lets notebooks and prompts show the classes of the compiled module."""
+    """Gives the classes of the compiled module what is written in Python: how notebooks and prompts
+    show them, what they say of wrong calls, and ways to make them."""
     for name in COMPILED:
         setattr(getattr(compiled, name), "_repr_html_", html_or_text)  # noqa: B010
     setattr(compiled.Scene, "report", property(_report))  # noqa: B010
+    setattr(compiled.Problem, "from_mujoco", staticmethod(_from_mujoco))  # noqa: B010
     for kind in vars(compiled).values():
         members = vars(kind) if isinstance(kind, type) else {}
         if "__repr__" not in members and any(isinstance(m, property) for m in members.values()):
             setattr(kind, "__repr__", _text)  # noqa: B010
         for name in members:
-            if name == "__init__" or name.startswith("add_"):
+            if name == "__init__" or not name.startswith("_"):
                 _explain(kind, name)
 
 
 def _explain(kind: type, name: str) -> None:
     """Lets a compiled method say what a call lacks, and `help` show what a constructor takes."""
     method = getattr(kind, name)
-    if not (method.__doc__ or "").startswith(f"{name}("):  # it takes no arguments
-        return
+    if not callable(method) or not (method.__doc__ or "").startswith(f"{name}("):
+        return  # it takes no arguments
     is_made = name == "__init__"
     call = explained(method, kind.__name__ if is_made else name)
     if is_made and "\n\n" not in (method.__doc__ or "").strip():
         call.__doc__ = f"{method.__doc__}\n{kind.__doc__}"
-    setattr(kind, name, call)
+    setattr(kind, name, staticmethod(call) if isinstance(vars(kind)[name], staticmethod) else call)
 
 
 def _report(self: Any) -> energymargin.model.scenes.reports.SceneReport:
@@ -201,6 +204,13 @@ def _report(self: Any) -> energymargin.model.scenes.reports.SceneReport:
     from energymargin.model.scenes.reports import report_of
 
     return report_of(self)
+
+
+def _from_mujoco(model: Any, data: Any = None, **question: Any) -> Problem:
+    """The question of a `mujoco.MjModel` from its `mujoco.MjData` on, in MuJoCo itself:
+    `em.mujoco.problem(model, data, objects=..., captured=..., force=..., horizon=...)`."""
+    made: Problem = import_module("energymargin.mujoco").problem(model, data, **question)
+    return made
 
 
 def _text(self: Any) -> str:

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 TASK = "push"
 FRAMES = 10
-SEARCH = SearchSettings(nodes=100)
+SEARCH = SearchSettings(nodes=30)
 SUFFIXES = {".h5", ".db", ".md", ".csv", ".png", ".html"}
 
 

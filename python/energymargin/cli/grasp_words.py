@@ -138,14 +138,16 @@ def arguments_as_options(options: Mapping[str, str]) -> Iterator[None]:
 def chosen_hand(text: str) -> Hand:
     """The hand of --hand. Raises ValueError on what is none."""
     from energymargin import Pad
-    from energymargin.grasps import FRAMES, HANDS, HandFile, ParallelGripper
+    from energymargin.grasps import HANDS, HandFile, ParallelGripper
 
     if text in HANDS:
         return HANDS[text]
+    if Path(text).suffix in (".urdf", ".xml"):
+        hand = {"path": text, "close": {"JOINT": ["OPEN", "CLOSED"]}, "fingers": ["LINK", "LINK"]}
+        way = json.dumps({**hand, "frame": "LINK"})
+        raise ValueError(f"--hand is {text!r}, expected {', '.join(HANDS)}, or of a file '{way}'")
     given = _given("--hand", text, HANDS)
     if "path" in given:
-        if isinstance(given.get("frame"), str):
-            given["frame"] = FRAMES[one_of("--hand frame", given["frame"], tuple(FRAMES))]
         if given.get("pads") is not None:
             check_type("--hand pads", given["pads"], Mapping, "JSON of links and their pads")
             pads = given["pads"].items()

@@ -11,7 +11,7 @@ from rich.markup import escape
 
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_figure, replace_text
-from energymargin.cli.grasp_words import OF_OBJECT, Thing, arguments_as_options
+from energymargin.cli.grasp_words import OF_OBJECT, Thing, arguments_as_options, chosen_hand
 from energymargin.cli.options import Outputs, Where, chosen_sampling, given, panel
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import TIMED_OUT, loading, out, say, warn
@@ -24,6 +24,27 @@ if TYPE_CHECKING:
 
 TEXTS, PICTURES = (".csv", ".md"), (".png", ".pdf", ".svg")
 GRID = panel("The grid, without a file of poses")
+
+
+@panel("A hand that sets it down", "*")
+@dataclass(frozen=True)
+class Setting:
+    """Arguments of `em.placements`."""
+
+    hand: str | None = None
+    """panda, robotiq_2f85, or a hand by its numbers, as of `energymargin grasps`; left out: nothing
+    holds it."""
+    grasp: Path | None = None
+    """A table of grasps in the object's frame, whose first one the hand has."""
+
+    def chosen(self) -> dict[str, Any]:
+        """Both as `em.placements` takes them. Raises ValueError on one without the other."""
+        if self.hand is None and self.grasp is None:
+            return {}
+        if self.hand is None or self.grasp is None:
+            lacks, has = ("--hand", "--grasp") if self.hand is None else ("--grasp", "--hand")
+            raise ValueError(f"{lacks} is not given, expected it with {has}")
+        return {"hand": chosen_hand(self.hand), "grasp": next(iter(_poses(self.grasp).values()))}
 
 
 @panel("What a trial is", "*")
@@ -69,6 +90,7 @@ def placements(
     output: Outputs = None,
     overwrite: bool = False,
     thing: Thing = Thing(),
+    setting: Setting = Setting(),
     trials: Trials = Trials(),
     where: Where = Where(),
 ) -> None:
@@ -107,7 +129,7 @@ def placements(
 
         if any(path.suffix in PICTURES for path in output or ()):
             import energymargin.plots  # noqa: F401  says what is missing before it is computed
-    sampling = chosen_sampling(belief, None)
+    sampling, held = chosen_sampling(belief, None), setting.chosen()
     with arguments_as_options(OF_OBJECT):
         object = GraspObject.of(None, **given(thing))
     scene = _scene(object, on, on_friction, on_scale, pose)
@@ -123,6 +145,7 @@ def placements(
             executor=where.executor(),
             progress=progress,
             timeout=where.timeout,
+            **held,
             **asdict(trials),
         )
     table = found.to_markdown()

@@ -112,7 +112,10 @@ def _start(
         except ValueError as error:  # which names the argument of Python
             raise ValueError(re.sub(r"ignore=\(.*?\)", _as_options, str(error))) from error
     else:
-        raise ValueError(f"FILE is {file}, expected .xml of MuJoCo, .urdf, or .json of a problem")
+        way = f"; `xacro {file} > robot.urdf` makes a .urdf" if file.suffix == ".xacro" else ""
+        raise ValueError(
+            f"FILE is {file}, expected .xml of MuJoCo, .urdf, or .json of a problem{way}"
+        )
     if ground is not None:
         scene.add_plane("ground", offset=ground, friction=1.0)
     return scene, state

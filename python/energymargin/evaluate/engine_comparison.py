@@ -98,6 +98,8 @@ def compare_engines(
     step = next((e.step for e in engines if isinstance(e, Engine)), problem.scene.step)
     if step != problem.scene.step:
         problem = problem.with_engine("native").with_step(step)
+    for engine in engines:
+        _require_bodies(problem, engine)
     asked = [problem.with_engine(engine) for engine in engines]
     found = tuple(
         capture_probability(
@@ -120,6 +122,27 @@ def compare_engines(
     apart = np.linalg.norm(np.array(paths) - paths[0], axis=-1).max(axis=-1)
     exits = np.array([p.exit_times[:count] for p in found])
     return EngineComparison(names, found, exits, found[0].times, apart)
+
+
+def _require_bodies(problem: Problem, engine: str | Engine) -> None:
+    """ValueError unless an engine that knows its scene has the problem's bodies and joints."""
+    own = getattr(engine, "scene", None)
+    if own is None:
+        return
+    here, there = (_state_names(scene) for scene in (problem.scene, own))
+    if here != there:
+        odd = sorted(set(here) ^ set(there)) or here
+        raise ValueError(
+            f"engines has {engine!r} of another scene: {odd[0]!r} is not in both, or elsewhere; "
+            "expected one with scene=problem.scene"
+        )
+
+
+def _state_names(scene: Any) -> list[str]:
+    """Of what has numbers in its states, in their order."""
+    links = {joint.child for joint in scene.joints}
+    bodies = [body.name for body in scene.bodies if not body.fixed and body.name not in links]
+    return bodies + [joint.name for joint in scene.joints if joint.type != "fixed"]
 
 
 def _counted(

@@ -35,6 +35,7 @@ from energymargin._core import (
     Sphere,
 )
 from energymargin.base.checks import core_count
+from energymargin.base.doors import check_doors
 from energymargin.disturbances import Disturbance, Uniform
 
 __all__ = [
@@ -395,3 +396,6 @@ def _counted(
     if not callable(progress):
         return progress
     return lambda done: progress(done, max(done, math.prod(factors)))
+
+
+check_doors(globals(), __all__)

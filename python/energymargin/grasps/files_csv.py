@@ -39,7 +39,8 @@ WORDS = {"true": "1", "yes": "1", "false": "0", "no": "0", "": "nan"}
 EXPECTED = (
     "a table whose first line names x, y, z with qx, qy, qz, qw or m00 to m33, and opening, label, "
     "name if there are any, or else HDF5 of ACRONYM, JSON of GraspGen or a tar file of it, or YAML "
-    "of isaac_grasp; angles such as roll, pitch, yaw are not read"
+    "of isaac_grasp; angles such as roll, pitch, yaw are not read. em.grasps.GraspSet(poses) takes "
+    "matrices (n, 4, 4) of any source"
 )
 
 
@@ -150,7 +151,9 @@ def _numbers(name: str, cells: Sequence[str]) -> NDArray[np.float64]:
         try:
             numbers[k] = float(WORDS.get(cell.lower(), cell))
         except ValueError:
-            raise ValueError(f"{name} is {cell!r} in row {k + 1}, expected a number") from None
+            raise ValueError(
+                f"{name} is {cell!r} in row {k + 1}, expected a number, as 0.05"
+            ) from None
     return numbers
 
 

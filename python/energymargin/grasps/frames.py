@@ -32,6 +32,9 @@ FRAMES: dict[str, Pose] = {
 """The grasp frame in known frames of hands: the grasp frame itself; the Panda of ACRONYM and
 GraspGen and the Robotiqs of GraspGen, open, whose fingers open along x; Franka's own hand and its
 tool centre point, whose fingers open along y."""
+EXPECTED = (
+    f"expected {', '.join(map(repr, FRAMES))}, a distance along the approach z [m], or a pose"
+)
 
 
 def grasp_frame(frame: ArrayLike | str | None, format: str, hand: object = None) -> Pose:
@@ -39,17 +42,21 @@ def grasp_frame(frame: ArrayLike | str | None, format: str, hand: object = None)
 
     `hand` is what a file of the format says of its hand.
     """
-    names = ", ".join(map(repr, FRAMES))
-    expected = f"expected {names}, a distance along the approach z [m], or a pose"
     if frame is None:
         said = f" (here {hand!r})" if hand else ""
-        raise ValueError(f"frame is None, and poses of {format} are of any hand{said}; {expected}")
+        raise ValueError(f"frame is None, and poses of {format} are of any hand{said}; {EXPECTED}")
+    return frame_in_hand(frame)
+
+
+def frame_in_hand(frame: ArrayLike | str) -> Pose:
+    """The grasp frame in the frame of a hand, (4, 4): by a name, a distance along z, or a pose;
+    ValueError if that is none."""
     if isinstance(frame, str):
         if frame not in FRAMES:
-            raise ValueError(f"frame is {frame!r}, {expected}")
+            raise ValueError(f"frame is {frame!r}, {EXPECTED}")
         return FRAMES[frame]
     if np.ndim(frame) == 0:
-        return _hand(float(numbers_of("frame", frame, expected, ())), opens_along_y=False)
+        return _hand(float(numbers_of("frame", frame, EXPECTED, ())), opens_along_y=False)
     return pose("frame", frame)
 
 

@@ -11,13 +11,14 @@ import json
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin import Box, Compound, Mimic, Pad, Part, Scene, Surface
+from energymargin import Box, Compound, Joint, Mimic, Pad, Part, Scene, Surface, Tendon
 from energymargin.base.checks import (
     check_type,
     not_negative_number,
@@ -25,9 +26,12 @@ from energymargin.base.checks import (
     one_of,
     positive_number,
 )
-from energymargin.grasps.grasp_set import check_poses
+from energymargin.base.plausibility import kept_warnings
+from energymargin.grasps.frames import FRAMES, frame_in_hand, pose
 
 SQUEEZE = 1e-3  # m; how far beyond the object the target is when the drive gives its full force
+BEND = 0.02  # rad; the same of a joint that turns: 1 mm at 5 cm
+LAG = 5e-3  # s; damping over stiffness of a drive that a file does not have
 
 
 class Fitted(NamedTuple):
@@ -199,12 +203,15 @@ class HandFile(Hand):
         close: by driven joint, or by tendon: where it is when the hand is open, and its target when
             the hand is closed [rad] or [m].
         fingers: links that touch a gripped object, all of them.
-        frame: the grasp frame in the frame of the root, (4, 4): its origin is midway between
-            the centres of the pads, z is the approach, and the fingers open along x.
+        frame: where the grasp frame is: midway between the centres of the pads, z the approach, x
+            the way the fingers open. A link of the file that is so; in the frame of the root a
+            distance along z [m], a pose (4, 4), or x, y, z and a quaternion x, y, z, w; or a name
+            of `em.grasps.FRAMES`.
         closing: time from open to closed [s].
         pads: soft pads of links, by name; others are rigid.
-        options: keywords of `em.scenes.from_urdf` or `from_mjcf`, as subtree and joints: drives of
-            the joints of `close` that the file does not have.
+        options: keywords of `em.scenes.from_urdf` or `from_mjcf`, as subtree and joints. A joint of
+            `close` in a URDF without a stiffness there gives its effort (`torque_limit`) where it
+            is 1 mm or 0.02 rad off its target, with a damping of 5 ms times that stiffness.
 
     The hand opens as wide as `close` says; the openings of grasps do not count. Raises ValueError
     on what cannot be, and what the readers raise.
@@ -213,7 +220,7 @@ class HandFile(Hand):
     path: str | Path
     close: Mapping[str, tuple[float, float]]
     fingers: Sequence[str]
-    frame: ArrayLike = field(default_factory=lambda: np.eye(4))
+    frame: ArrayLike | str = field(default_factory=lambda: np.eye(4))
     closing: float = 1.0
     pads: Mapping[str, Pad] | None = None
     options: Mapping[str, Any] = field(default_factory=dict)
@@ -221,7 +228,8 @@ class HandFile(Hand):
     def __post_init__(self) -> None:
         """Checks all of it but for names, which the first scene does."""
         positive_number("closing", self.closing)
-        check_poses("frame", self._frame[None], ["frame"])
+        if self._link is None:
+            frame_in_hand(self.frame)
         if not self.close:
             raise ValueError("close is empty, expected the joints that close the hand")
         for name, ends in self.close.items():
@@ -254,10 +262,11 @@ class HandFile(Hand):
         driven = joints | {tendon.name for tendon in scene.tendons}
         _require("fingers", self.fingers, names)
         _require("close", self.close, sorted(driven))
+        self._require_drives(scene)
         base = next(body.name for body in bodies if body.kinematic)
         return Fitted(
             base=base,
-            frame=self._frame,
+            frame=self._frame(scene, base),
             fingers=tuple(self.fingers),
             bodies=tuple(names),
             start={name: float(ends[0]) for name, ends in self.close.items() if name in joints},
@@ -272,14 +281,34 @@ class HandFile(Hand):
             "file": hashlib.sha256(Path(self.path).read_bytes()).hexdigest(),
             "close": {name: list(map(float, ends)) for name, ends in self.close.items()},
             "fingers": list(self.fingers),
-            "frame": self._frame.tolist(),
+            "frame": self._link or frame_in_hand(self.frame).tolist(),
             "closing": self.closing,
             "options": json.loads(json.dumps(dict(self.options), default=repr)),
         } | ({"pads": pads} if pads else {})
 
     @property
-    def _frame(self) -> NDArray[np.float64]:
-        return numbers_of("frame", self.frame, "a pose of finite numbers", (4, 4))
+    def _link(self) -> str | None:
+        """The link that `frame` names."""
+        return self.frame if isinstance(self.frame, str) and self.frame not in FRAMES else None
+
+    def _frame(self, scene: Scene, base: str) -> NDArray[np.float64]:
+        """The grasp frame in the frame of the base."""
+        if self._link is None:
+            return frame_in_hand(self.frame)
+        from energymargin import scenes
+
+        places = scenes.body_poses(scene, scene.pack())
+        links = {name: pose("frame", (*at, *turn)) for name, (at, turn) in places.items()}
+        for row in scene.report:
+            if row.place is not None:
+                links[row.name] = links[row.place[0]] @ pose("frame", row.place[1])
+        if self._link not in links:
+            raise ValueError(
+                f"frame is {self._link!r}, expected a link of {self.path}, one of "
+                f"{', '.join(links)}, a name of {', '.join(FRAMES)}, a distance along z [m] from "
+                f"the root {base!r}, or a pose"
+            )
+        return np.asarray(np.linalg.inv(links[base]) @ links[self._link])
 
     @property
     def _is_mjcf(self) -> bool:
@@ -291,17 +320,46 @@ class HandFile(Hand):
         where: dict[str, Any] = {"position": (0, 0, 0), "orientation": (0, 0, 0, 1)}
         given = where | {"base": "kinematic", "pads": self.pads} | dict(self.options)
         if not self._is_mjcf:
-            own = given.get("joints", {})
-            given["joints"] = own | {
-                name: {"start": start, "target": target} | own.get(name, {})
-                for name, (start, target) in self.close.items()
-            }
-            scenes.from_urdf(self.path, scene, **{"role": "effector"} | given)
+            scenes.from_urdf(self.path, scene, **{"role": "effector"} | given | self._joints)
             return
         root = given.get("subtree")
         if root is None:
             raise ValueError("options has no subtree, expected the body of the model that is moved")
         scenes.from_mjcf(str(self.path), scene, **{"effector": (root,)} | given)
+
+    @cached_property
+    def _joints(self) -> dict[str, Any]:
+        """Of the joints of a URDF, their drives: what is said, and else the file's efforts."""
+        own = dict(self.options.get("joints", {}))
+        joints = own | {
+            name: {"start": start, "target": target} | own.get(name, {})
+            for name, (start, target) in self.close.items()
+        }
+        if all("stiffness" in joints[name] for name in self.close):
+            return {"joints": joints}
+        from energymargin import scenes
+
+        with kept_warnings():  # those of the reading that counts come
+            read = scenes.from_urdf(self.path, **dict(self.options) | {"joints": joints})
+        for joint in read.joints:
+            name = joint.name.removeprefix(self.options.get("prefix", ""))
+            if name in self.close and np.isfinite(joint.torque_limit):
+                bend = SQUEEZE if joint.type == "prismatic" else BEND
+                drive = {"stiffness": joint.torque_limit / bend}
+                joints[name] = drive | {"damping": LAG * drive["stiffness"]} | joints[name]
+        return {"joints": joints}
+
+    def _require_drives(self, scene: Scene) -> None:
+        """What closes the hand has a drive."""
+        driven: list[Joint | Tendon] = [*scene.joints, *scene.tendons]
+        for one in driven:
+            if one.name in self.close and not one.stiffness > 0:
+                way = f"options={{'joints': {{{one.name!r}: {{'torque_limit': 20.0}}}}}}"
+                has = "position control" if self._is_mjcf else f"an effort there, or {way}"
+                raise ValueError(
+                    f"close names {one.name!r}, which {self.path} does not drive, expected one "
+                    f"with {has}"
+                )
 
 
 def _require(name: str, given: Any, there: Sequence[str]) -> None:
@@ -332,4 +390,10 @@ PRESETS = {"panda": PANDA, "robotiq_2f85": ROBOTIQ_2F85}
 
 def preset(name: str) -> ParallelGripper:
     """A gripper of PRESETS. Raises ValueError on another name."""
+    if name not in PRESETS and Path(str(name)).suffix in (".urdf", ".xml"):
+        raise ValueError(
+            f"hand is {name!r}, expected one of {', '.join(PRESETS)}, or of a file "
+            f"em.grasps.HandFile({name!r}, close={{'JOINT': (open, closed)}}, fingers=['LINK', "
+            "'LINK'], frame='LINK')"
+        )
     return PRESETS[one_of("hand", name, tuple(PRESETS))]

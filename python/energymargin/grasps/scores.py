@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from energymargin import Problem
 from energymargin.base.checks import check_shape, not_negative_number, share
+from energymargin.base.plausibility import kept_warnings
 from energymargin.base.reprs import Record
 from energymargin.base.table_text import csv_text
 from energymargin.grasps.grasp_set import GraspSet
@@ -215,7 +216,8 @@ class GraspScores(Record, Summarized):
         closed = self.trials.grip(grasp, draw)
         if closed.ending:
             return self.trials.open_problem(grasp), NO_GRIP[closed.ending]
-        return self.trials.problem(closed, draw), ""
+        with kept_warnings():  # the half turn of a hand from above is meant
+            return self.trials.problem(closed, draw), ""
 
     def table(self, ranks: Sequence[int] | None = None) -> dict[str, list[str]]:
         """Texts by column, the best grasp first: all of them, or those of some ranks, from 0 on.

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import islice, pairwise, product
+from itertools import chain, islice, pairwise, product, repeat
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,7 @@ from energymargin import (
     regions,
 )
 from energymargin.base.checks import check_type
+from energymargin.base.plausibility import kept_warnings
 from energymargin.disturbances import Disturbance, Uniform
 from energymargin.grasps.belief import GraspBelief, GraspDraw
 from energymargin.grasps.depths import clearance, is_sunk
@@ -110,9 +111,9 @@ class GraspTrials:
         draw = self.draw(numbers[0])
         closed = self.grip(grasp, draw, cancel)
         first = closed.outcome
-        others = [first._replace(steps=0, unconverged=0, lost_time=0.0)] * (len(numbers) - 1)
+        other = first._replace(steps=0, unconverged=0, lost_time=0.0)
         if first.ending:
-            return [first, *others]
+            return [first] + [other] * (len(numbers) - 1)
         problem = self.problem(closed, draw)
         found = self._rollouts(problem, numbers, cancel)
         times, later = found.exit_times, found.exit_times
@@ -127,7 +128,7 @@ class GraspTrials:
         return [
             outcome._replace(ending=_ending(time, of_place), time=time)
             for outcome, time, of_place in zip(
-                [first, *others], times.tolist(), later.tolist(), strict=True
+                chain([first], repeat(other)), times.tolist(), later.tolist(), strict=False
             )
         ]
 
@@ -141,7 +142,8 @@ class GraspTrials:
         if closed.ending:
             why = NO_GRIP[closed.ending]
             raise ValueError(f"number is {grasp.number}, a grasp whose hand {why}")
-        return self.problem(closed, draw)
+        with kept_warnings():  # the half turn of a hand from above is meant
+            return self.problem(closed, draw)
 
     def open_problem(self, grasp: Grasp) -> Problem:
         """The open hand where the grasp says, to be seen: it passes through whatever is there."""

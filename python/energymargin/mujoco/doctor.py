@@ -5,26 +5,36 @@ from __future__ import annotations
 from collections.abc import Iterator
 from copy import copy
 from dataclasses import dataclass
-from typing import Any
+from functools import cache
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.base.checks import positive_number
+from energymargin.base.checks import check_type, positive_number
 from energymargin.base.reprs import Record
+from energymargin.mujoco.states import require_data
 from energymargin.summary import Summarized
 
 DEEP = 1e-3  # m; an overlap at the start that is told
-MOVED = 1e-3  # m; what moves by more is not at rest
+MOVED, TURNED = 1e-3, 0.02  # m, rad; what moves by more is not at rest
 CREEP = 5e-5  # m/s; a faster one lets an object slip by a millimetre in twenty seconds
 WINDOW = 0.5  # s; over which a creep is measured, at the end
 STILL = 0.02  # m/s; what is faster slides or falls, and does not creep
+STEADY = (0.9, 1.3)  # speed of a creep in the second half of the window over that in the first
+PUSHES = 1e-3  # m; a margin that is told
+SAG = 0.1  # rad or m; a position drive that is off by more does not hold its load
 FEW = 3  # geoms that are named
 STEPS_OF_SOLREF = 2.0  # a time constant below so many steps is as stiff as none
 DIVERGES = (
     *(mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL),
     mujoco.mjtWarning.mjWARN_BADQACC,
+)
+FIXED = mujoco.mjtGain.mjGAIN_FIXED
+PLAIN = (  # drives whose force follows their control
+    *(mujoco.mjtDyn.mjDYN_NONE, mujoco.mjtDyn.mjDYN_FILTER, mujoco.mjtDyn.mjDYN_FILTEREXACT),
 )
 STIFFER = {"cone": mujoco.mjtCone.mjCONE_ELLIPTIC, "impratio": 10.0}
 
@@ -63,27 +73,30 @@ def doctor(model: Any, data: Any = None, *, time: float = 1.0) -> Diagnosis:
             first keyframe, or its own start. It is copied.
         time: for how long it is stepped [s].
 
-    It tells bodies that overlap, that move although nothing pushes them, that creep in a grip or on
-    a slope (and whether elliptic cones with impratio 10 would stop that), contacts whose solref is
-    shorter than two steps, margins that push at a distance, and position or motor drives that are
-    weaker than what they carry. Raises ValueError on a time that is not above 0.
+    It tells bodies that overlap, that move or turn although nothing pushes them, that creep in a
+    grip or on a slope (and whether elliptic cones with impratio 10 would stop that), contacts whose
+    solref is shorter than two steps or too stiff for one, margins that push from a millimetre away,
+    and drives that are weaker than what they carry, or hold it far from where they are told.
+
+    Raises ValueError on a time that is not above 0, and on data of another model.
     """
     positive_number("time", time)
     start = _start(model, data)
     findings = [*_overlaps(model, start), *_settings(model), *_weak_drives(model, start)]
-    moved, creeps, diverged = _played(model, start, time)
-    if diverged:
+    played = _played(model, start, time)
+    if played.diverged:
         findings.append(Finding("diverges", "all", f"MuJoCo warns of its state within {time:g} s"))
-    for body, away in moved.items():
-        text = f"moves by {1e3 * away:.3g} mm in {time:g} s although nothing pushes it"
-        findings.append(Finding("not at rest", body, text))
-    if creeps:
-        findings += _told_creeps(model, start, time, creeps)
+    for body, (away, turned) in played.moved.items():
+        text = f"moves by {1e3 * away:.3g} mm and turns by {turned:.2g} rad in {time:g} s although "
+        findings.append(Finding("not at rest", body, f"{text}nothing pushes it"))
+    findings += _told_creeps(model, start, time, played)
     return Diagnosis(tuple(findings))
 
 
 def _start(model: Any, data: Any) -> Any:
+    check_type("model", model, mujoco.MjModel, "a mujoco.MjModel")
     if data is not None:
+        require_data(model, data)
         return copy(data)
     made = mujoco.MjData(model)
     if model.nkey:
@@ -99,12 +112,11 @@ def _body(model: Any, geom: int) -> str:
     return _name(model, mujoco.mjtObj.mjOBJ_BODY, int(model.geom_bodyid[geom]))
 
 
-def _geoms(model: Any, chosen: NDArray[np.bool_]) -> str:
-    """The names of some geoms; of many the first."""
+def _first(names: list[str], chosen: NDArray[np.bool_]) -> str:
+    """Some names; of many the first."""
     numbers = np.flatnonzero(chosen).tolist()
-    names = [_name(model, mujoco.mjtObj.mjOBJ_GEOM, one) for one in numbers[:FEW]]
     more = [f"and {len(numbers) - FEW} more"] if len(numbers) > FEW else []
-    return ", ".join([*names, *more])
+    return ", ".join([*(names[one] for one in numbers[:FEW]), *more])
 
 
 def _overlaps(model: Any, start: Any) -> Iterator[Finding]:
@@ -120,88 +132,177 @@ def _overlaps(model: Any, start: Any) -> Iterator[Finding]:
             yield Finding("overlap", pair, text)
 
 
+class Touching(NamedTuple):
+    """What may touch, and how the model says that it does."""
+
+    names: list[str]
+    solref: Vector
+    """Shape (n, 2)."""
+    margin: Vector
+    """[m]; contacts push from there on, shape (n,)."""
+
+
+def _touching(model: Any) -> Touching:
+    """Geoms and pairs of the model, or what its options put in their place."""
+    option, of = model.opt, mujoco.mjtObj
+    if option.enableflags & mujoco.mjtEnableBit.mjENBL_OVERRIDE:
+        return Touching(["option"], option.o_solref[None].copy(), np.array([option.o_margin]))
+    geoms = np.flatnonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0))
+    names = [_name(model, of.mjOBJ_GEOM, one) for one in geoms.tolist()]
+    pairs = zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True)
+    names += [" and ".join(_name(model, of.mjOBJ_GEOM, one) for one in pair) for pair in pairs]
+    gaps = np.concatenate([model.geom_gap[geoms], model.pair_gap]) * _gap_is_taken_off()
+    margins = np.concatenate([model.geom_margin[geoms], model.pair_margin])
+    return Touching(
+        names, np.concatenate([model.geom_solref[geoms], model.pair_solref]), margins - gaps
+    )
+
+
+@cache
+def _gap_is_taken_off() -> bool:
+    """Whether this MuJoCo takes a geom's gap off its margin; later ones do not."""
+    ball = '<geom size=".1" margin=".01" gap=".01"/>'
+    other = f'<body pos="0 0 .205"><freejoint/>{ball}</body>'
+    text = f"<mujoco><worldbody>{ball}{other}</worldbody></mujoco>"
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    return bool(data.contact.includemargin[0] == 0.0)
+
+
 def _settings(model: Any) -> Iterator[Finding]:
-    step = float(model.opt.timestep)
-    collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
-    constant = model.geom_solref[:, 0]
-    quick = collides & (constant > 0) & (constant < STEPS_OF_SOLREF * step)
+    step, touching = float(model.opt.timestep), _touching(model)
+    constant, other = touching.solref.T
+    quick = (constant > 0) & (constant < STEPS_OF_SOLREF * step)
     if quick.any():
-        least = float(constant[quick].min())
         text = (
-            f"solref {least:g} s is below two steps of {step:g} s: contacts are softer than it "
-            "says, or ring; a timestep of half of it, or a longer solref"
+            f"solref {constant[quick].min():g} s is below two steps of {step:g} s: contacts are "
+            "softer than it says, or ring; a timestep of half of it, or a longer solref"
         )
-        yield Finding("solref", _geoms(model, quick), text)
-    pushes = collides & (model.geom_margin - model.geom_gap > 0)
+        yield Finding("solref", _first(touching.names, quick), text)
+    hard = (constant < 0) & (np.maximum(-constant * step**2, -other * step) > 1.0)
+    if hard.any():
+        text = (
+            f"solref is a stiffness of {-constant[hard].min():g} /s^2 and a damping of "
+            f"{-other[hard].min():g} /s, too much for a step of {step:g} s: contacts ring or throw "
+            "things off; a shorter timestep, or a softer solref"
+        )
+        yield Finding("solref", _first(touching.names, hard), text)
+    pushes = touching.margin >= PUSHES
     if pushes.any():
-        most = 1e3 * float((model.geom_margin - model.geom_gap)[pushes].max())
-        text = f"margin pushes things off from {most:.3g} mm away; gap=margin looks without pushing"
-        yield Finding("margin", _geoms(model, pushes), text)
+        most = 1e3 * float(touching.margin[pushes].max())
+        text = f"margin pushes things off from {most:.3g} mm away; a smaller one does not"
+        yield Finding("margin", _first(touching.names, pushes), text)
+
+
+def _moments(model: Any, data: Any) -> Vector:
+    """What a unit of each actuator's force does at each degree of freedom, shape (nu, nv)."""
+    dense = np.zeros((model.nu, model.nv))
+    if hasattr(data, "moment_rownnz"):
+        rows = data.moment_rownnz, data.moment_rowadr, data.moment_colind
+        mujoco.mju_sparse2dense(dense, data.actuator_moment.ravel(), *rows)
+        return dense
+    return np.reshape(data.actuator_moment, dense.shape)
+
+
+def _forces(model: Any) -> tuple[Vector, Vector]:
+    """Largest force of each actuator, and how stiff a servo is, whose targets limit no force."""
+    gain, bias = np.abs(model.actuator_gainprm[:, 0]), model.actuator_biastype
+    plain = np.isin(model.actuator_dyntype, PLAIN) & (model.actuator_gaintype == FIXED)
+    motor = plain & (bias == mujoco.mjtBias.mjBIAS_NONE) & (model.actuator_ctrllimited != 0)
+    most = np.where(motor, gain * np.abs(model.actuator_ctrlrange).max(axis=1), np.inf)
+    limit = np.abs(model.actuator_forcerange).max(axis=1)
+    most = np.minimum(most, np.where(model.actuator_forcelimited, limit, np.inf))
+    servo = plain & (bias == mujoco.mjtBias.mjBIAS_AFFINE)
+    return most, np.where(servo, -model.actuator_biasprm[:, 1], 0.0)
 
 
 def _weak_drives(model: Any, start: Any) -> Iterator[Finding]:
-    """Drives whose largest force is below what gravity asks of their joint where it begins."""
+    """Drives whose largest forces are below what gravity asks of their joint where it begins, and
+    servos that hold it far from where they are told."""
     data = copy(start)
     data.qvel[:] = 0.0
     mujoco.mj_forward(model, data)
-    joints = (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)
-    for number in np.flatnonzero(np.isin(model.actuator_trntype, joints)).tolist():
-        joint, gear = int(model.actuator_trnid[number, 0]), float(model.actuator_gear[number, 0])
-        limits = [(model.actuator_forcelimited[number], model.actuator_forcerange[number], gear)]
-        limits.append((model.jnt_actfrclimited[joint], model.jnt_actfrcrange[joint], 1.0))
-        most = min((abs(by) * np.abs(ends).max() for on, ends, by in limits if on), default=np.inf)
-        dof = int(model.jnt_dofadr[joint])
-        load = abs(float(data.qfrc_bias[dof] - data.qfrc_passive[dof]))
+    moments, (forces, stiffness) = np.abs(_moments(model, data)), _forces(model)
+    for dof in np.flatnonzero(moments.any(axis=0)).tolist():
+        joint, of = int(model.dof_jntid[dof]), np.flatnonzero(moments[:, dof])
+        taken = data.qfrc_passive[dof] + model.jnt_actgravcomp[joint] * data.qfrc_gravcomp[dof]
+        load = abs(float(data.qfrc_bias[dof] - taken))
+        most, stiff = moments[of, dof] @ forces[of], moments[of, dof] ** 2 @ stiffness[of]
+        if model.jnt_actfrclimited[joint]:
+            most = min(most, np.abs(model.jnt_actfrcrange[joint]).max())
+        name = ", ".join(_name(model, mujoco.mjtObj.mjOBJ_ACTUATOR, one) for one in of.tolist())
         if most < load:
-            name = _name(model, mujoco.mjtObj.mjOBJ_ACTUATOR, number)
             text = f"gives at most {most:.3g} N or N m, and its joint carries {load:.3g}"
             yield Finding("weak drive", name, text)
+        elif load > SAG * stiff > 0.0:
+            text = (
+                f"holds its joint's load of {load:.3g} N or N m {load / stiff:.2g} m or rad from "
+            )
+            yield Finding("weak drive", name, f"{text}where it is told; a larger kp, or gravcomp")
 
 
-def _played(model: Any, start: Any, time: float) -> tuple[dict[str, float], dict[str, float], bool]:
-    """By body how far it has moved without a drive [m], and how fast it creeps [m/s]; whether it
-    diverged."""
+class Played(NamedTuple):
+    """What became of a scene in some time."""
+
+    moved: dict[str, tuple[float, float]]
+    """By body how far it has moved [m] and turned [rad], of each tree that no drive moves the body
+    that went farthest."""
+    creeping: NDArray[np.intp]
+    """Numbers of bodies that creep."""
+    speeds: Vector
+    """Of all bodies at the end [m/s], shape (b,)."""
+    diverged: bool
+
+
+def _played(model: Any, start: Any, time: float) -> Played:
     data, step = copy(start), float(model.opt.timestep)
-    window = min(WINDOW, time / 2)
+    warned = [data.warning[int(one)].number for one in DIVERGES]
+    half = min(WINDOW, time / 2) / 2
     mujoco.mj_kinematics(model, data)
-    began = np.array(data.xipos)
-    mujoco.mj_step(model, data, max(1, round((time - window) / step)))
-    before = np.array(data.xipos)
-    mujoco.mj_step(model, data, max(1, round(window / step)))
-    mujoco.mj_kinematics(model, data)
-    if any(data.warning[int(one)].number for one in DIVERGES):
-        return {}, {}, True
-    joints = model.actuator_trnid[model.actuator_trntype == mujoco.mjtTrn.mjTRN_JOINT, 0]
-    driven = {int(model.body_rootid[model.jnt_bodyid[joint]]) for joint in joints}
-    moved: dict[str, float] = {}
-    creeps: dict[str, float] = {}
-    for body in range(1, model.nbody):
+    poses = [(np.array(data.xipos), np.array(data.xquat))]
+    for seconds in (time - 2 * half, half, half):
+        mujoco.mj_step(model, data, max(1, round(seconds / step)))
+        mujoco.mj_kinematics(model, data)
+        poses.append((np.array(data.xipos), np.array(data.xquat)))
+    if warned != [data.warning[int(one)].number for one in DIVERGES]:
+        return Played({}, np.zeros(0, int), np.zeros(model.nbody), True)
+    ways = [np.linalg.norm(two[0] - one[0], axis=1) for one, two in pairwise(poses)]
+    speeds = (ways[1] + ways[2]) / (2 * half)
+    away = np.linalg.norm(poses[-1][0] - poses[0][0], axis=1)
+    turned = 2 * np.arccos(np.minimum(np.abs((poses[-1][1] * poses[0][1]).sum(axis=1)), 1.0))
+    creeping = (speeds > CREEP) & (speeds < STILL) & _are_free(model)
+    creeping &= (ways[2] > STEADY[0] * ways[1]) & (ways[2] < STEADY[1] * ways[1])
+    dofs = _moments(model, data).any(axis=0)
+    still = np.isin(model.body_rootid, model.body_rootid[model.dof_bodyid[dofs]])
+    still |= (away - creeping * speeds * time < MOVED) & (turned < TURNED)
+    moved: dict[str, tuple[float, float]] = {}
+    for root in np.unique(model.body_rootid[~still]):
+        tree = np.flatnonzero(~still & (model.body_rootid == root))
+        body = int(tree[np.argmax(away[tree])])
         name = _name(model, mujoco.mjtObj.mjOBJ_BODY, body)
-        away = float(np.linalg.norm(data.xipos[body] - began[body]))
-        speed = float(np.linalg.norm(data.xipos[body] - before[body])) / window
-        if CREEP < speed < STILL and _is_free(model, body):
-            creeps[name] = speed
-        elif away > MOVED and int(model.body_rootid[body]) not in driven:
-            moved[name] = away
-    return moved, creeps, False
+        moved[name] = float(away[body]), float(turned[body])
+    return Played(moved, np.flatnonzero(creeping), speeds, False)
 
 
-def _is_free(model: Any, body: int) -> bool:
-    first = int(model.body_jntadr[body])
-    return first >= 0 and model.jnt_type[first] == mujoco.mjtJoint.mjJNT_FREE
+def _are_free(model: Any) -> NDArray[np.bool_]:
+    """Of each body whether it has a free joint."""
+    free = np.zeros(model.nbody, bool)
+    free[model.jnt_bodyid[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE]] = True
+    return free
 
 
-def _told_creeps(
-    model: Any, start: Any, time: float, creeps: dict[str, float]
-) -> Iterator[Finding]:
+def _told_creeps(model: Any, start: Any, time: float, played: Played) -> Iterator[Finding]:
+    if not played.creeping.size:
+        return
     other = copy(model)
     for name, value in STIFFER.items():
         setattr(other.opt, name, value)
-    _, stiffer, _ = _played(other, start, time)
+    stiffer = _played(other, start, time)
     cone = "pyramidal" if model.opt.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL else "elliptic"
-    for body, speed in creeps.items():
-        left = stiffer.get(body, 0.0)
+    for body in played.creeping.tolist():
+        speed, left = played.speeds[body], stiffer.speeds[body]
         text = f"creeps at {1e3 * speed:.3g} mm/s ({cone} cones, impratio {model.opt.impratio:g})"
-        cured = left < speed / 2
+        cured = left < speed / 2 and not stiffer.diverged
         text += f"; {1e3 * left:.3g} mm/s with elliptic cones and impratio 10" if cured else ""
-        yield Finding("creep", body, text)
+        yield Finding("creep", _name(model, mujoco.mjtObj.mjOBJ_BODY, body), text)

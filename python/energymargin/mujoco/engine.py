@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-import itertools
-from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
 from functools import cache
+from threading import Event
 from typing import Any
 
 import mujoco
@@ -18,13 +18,15 @@ import energymargin as em
 from energymargin.base.checks import check_type, core_count
 from energymargin.mujoco.reading import Columns, Reader
 from energymargin.mujoco.scene_of import scene_of
-from energymargin.mujoco.states import States
+from energymargin.mujoco.states import States, require_data
 from energymargin.mujoco.variation import values_of, varied_model
 
 Numbers = NDArray[np.float64]
 
 INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION.value
 USER = mujoco.mjtState.mjSTATE_USER.value
+PIECE = 500  # steps, after which a rollout sees that it is interrupted
+LOOK = 0.02  # s, between two looks for an interrupt
 
 
 class Engine(em.engines.Engine):
@@ -64,6 +66,8 @@ class Engine(em.engines.Engine):
     ) -> None:
         """See the class."""
         check_type("model", model, mujoco.MjModel, "a mujoco.MjModel")
+        if data is not None:
+            require_data(model, data)
         self.model = model
         """The `mujoco.MjModel`."""
         self.data = mujoco.MjData(self.model)
@@ -75,8 +79,9 @@ class Engine(em.engines.Engine):
         self.name, self.step = name, float(self.model.opt.timestep)
         self.threads = core_count("threads", threads)
         """Threads that step it."""
+        self._roles: dict[str, Any] = {"objects": _names(objects), "effector": _names(effector)}
         self.scene: em.Scene = (
-            scene_of(self.model, self.data, objects=_names(objects), effector=_names(effector))
+            scene_of(self.model, self.data, **self._roles)
             if scene is None
             else scene.with_engine("native")
         )
@@ -134,89 +139,93 @@ class Engine(em.engines.Engine):
     def play(self, batch: em.engines.Batch) -> tuple[Numbers, Numbers, Numbers]:
         """As the base class says; on several threads if there are several rows."""
         count, steps = len(batch.states), batch.steps
-        control = self._control(batch)
         paths = np.empty((count, steps, self.columns.physics.size))
         memory = batch.memory.copy()
-        rows = itertools.count()
-
-        def work() -> None:
-            for row in iter(lambda: next(rows), None):
-                if row >= count:
-                    return
-                self._roll(batch.memory[row], control[row], paths[row], memory[row])
-
-        threads = min(self.threads, count)
-        if threads > 1:
-            pool = _pool(self.threads)
-            for done in [pool.submit(work) for _ in range(threads)]:
-                done.result()
-        else:
-            work()
+        for first in range(0, steps, PIECE):
+            some = slice(first, first + PIECE)
+            self._play_piece(batch, some, memory, paths[:, some])
         own = np.repeat(memory[:, None], steps // batch.every, axis=1)
         own[..., self.columns.physics] = paths[:, batch.every - 1 :: batch.every]
         states = self._reader.states(own.reshape(-1, self.memory))
         states = states.reshape(count, -1, batch.states.shape[1])
-        states[~np.isfinite(memory).all(axis=1)] = np.nan
+        diverged = ~np.isfinite(memory).all(axis=1)
+        states[diverged] = paths[diverged] = np.nan
         return states, memory, self._work(batch, paths)
 
-    def _control(self, batch: em.engines.Batch) -> Numbers:
-        """What the user of MuJoCo sets in each step, shape (n, steps, u)."""
-        columns = self.columns
-        control = np.repeat(batch.memory[:, None, columns.user], batch.steps, axis=1)
+    def _play_piece(
+        self, batch: em.engines.Batch, some: slice, memory: Numbers, paths: Numbers
+    ) -> None:
+        """Some steps: memory becomes that after the last one, paths the physics after each."""
+        columns, (count, steps) = self.columns, paths.shape[:2]
+        start, warm, user = (
+            memory[:, of] for of in (columns.physics, columns.warmstart, columns.user)
+        )
+        rows, over = iter(np.flatnonzero(~np.isnan(start[:, 0])).tolist()), Event()
+
+        def work() -> None:
+            try:
+                data, rollout = self._idle.pop()
+            except IndexError:
+                data, rollout = mujoco.MjData(self.model), mujoco_rollout.Rollout(nthread=0)
+            sensors = np.empty((1, steps, self.model.nsensordata))
+            for row in rows:
+                if over.is_set():
+                    break
+                own = slice(row, row + 1)
+                rollout.rollout(
+                    [self.model],
+                    [data],
+                    start[own],
+                    self._control(batch, row, user[row], some)[None],
+                    control_spec=USER,
+                    skip_checks=True,
+                    nstep=steps,
+                    initial_warmstart=warm[own],
+                    state=paths[own],
+                    sensordata=sensors,
+                )
+                warm[row] = data.qacc_warmstart
+            self._idle.append((data, rollout))
+
+        if min(self.threads, count) > 1:
+            _together(_pool(self.threads), work, min(self.threads, count), over)
+        else:
+            work()
+        lost = ~(np.abs(paths[:, -1, 0] - start[:, 0] - steps * self.step) <= self.step / 2)
+        memory[:, columns.physics], memory[:, columns.warmstart] = paths[:, -1], warm
+        for name, values in batch.commands.items():  # which stay until they are set anew
+            memory[:, columns.controls[self._actuators[name]]] = values[:, some][:, -1]
+        memory[lost] = np.nan
+
+    def _control(self, batch: em.engines.Batch, row: int, user: Numbers, some: slice) -> Numbers:
+        """What the user of MuJoCo sets in some steps of a rollout, shape (steps, u)."""
+        columns, pushes = self.columns, batch.pushes[row, some]
+        control = np.empty((len(pushes), user.size))
+        control[:] = user
         for name, values in batch.commands.items():
-            control[:, :, columns.control + self._actuators[name]] = values
+            control[:, columns.control + self._actuators[name]] = values[row, some]
         for number, body in enumerate(self._reader.objects):
             at = columns.applied + 6 * body
-            control[:, :, at : at + 6] += batch.pushes[:, :, number]
+            control[:, at : at + 6] += pushes[:, number]
         return control
-
-    def _roll(self, start: Numbers, control: Numbers, path: Numbers, end: Numbers) -> None:
-        """One rollout: its physics in each step, and the memory after the last one."""
-        columns, steps = self.columns, len(path)
-        try:
-            data, rollout = self._idle.pop()
-        except IndexError:
-            data, rollout = mujoco.MjData(self.model), mujoco_rollout.Rollout(nthread=0)
-        rollout.rollout(
-            [self.model],
-            [data],
-            start[None, columns.physics],
-            control[None],
-            control_spec=USER,
-            skip_checks=True,
-            nstep=steps,
-            initial_warmstart=start[None, columns.warmstart],
-            state=path[None],
-            sensordata=np.empty((1, steps, self.model.nsensordata)),
-        )
-        end[columns.physics] = path[-1]
-        end[columns.warmstart] = data.qacc_warmstart
-        self._idle.append((data, rollout))
-        first = columns.control  # controls stay until they are set anew, pushes do not
-        end[columns.controls] = control[-1, first : first + columns.controls.size]
-        if abs(path[-1, 0] - start[0] - steps * self.step) > self.step / 2:
-            end[:] = path[:] = np.nan
 
     def _work(self, batch: em.engines.Batch, paths: Numbers) -> Numbers:
         """Of each push in each step, at the mean of the velocities before and after."""
-        work = np.zeros((*batch.pushes.shape[:2], batch.pushes.shape[2]))
+        work = np.zeros(batch.pushes.shape[:3])
         pushed = np.flatnonzero(batch.pushes.any(axis=(1, 2, 3)))
+        rows = slice(None) if pushed.size == len(work) else pushed  # which copies
         if not pushed.size:
             return work
-        before = batch.memory[pushed][:, None, self.columns.physics]
-        twists = self._reader.twists(np.concatenate([before, paths[pushed]], axis=1))
-        mean = (twists[:, :-1] + twists[:, 1:]) / 2
-        work[pushed] = self.step * (batch.pushes[pushed] * mean).sum(axis=-1)
+        twists = self._reader.twists(batch.memory[rows], paths[rows])
+        for number, twist in enumerate(twists):
+            mean = (twist[..., :-1] + twist[..., 1:]) / 2
+            mean *= np.moveaxis(batch.pushes[rows, :, number], -1, 0)
+            work[rows, :, number] = self.step * mean.sum(axis=0)
         return work
 
     def __reduce__(self) -> tuple[Any, ...]:
         """With the model, the start, and a scene of another making, as a problem's file has it."""
-        bodies = self.scene.bodies
-        own = {
-            name: [body.name for body in bodies if body.role == role]
-            for name, role in (("objects", "object"), ("effector", "effector"))
-        }
-        options = {**own, "threads": self.threads, "name": self.name}
+        options = {**self._roles, "threads": self.threads, "name": self.name}
         text = self._scene_as_text(self.scene) if self._has_own_scene else None
         return _engine_at, (self.model, self.home, options, text)
 
@@ -238,6 +247,21 @@ def _engine_at(
 def _pool(threads: int) -> ThreadPoolExecutor:
     """Shared by all engines of so many threads."""
     return ThreadPoolExecutor(threads, "mujoco")
+
+
+def _together(
+    pool: ThreadPoolExecutor, work: Callable[[], None], threads: int, over: Event
+) -> None:
+    """Lets threads work. An interrupt comes through between two looks, and ends them soon."""
+    pending = [pool.submit(work) for _ in range(threads)]
+    try:
+        while wait(pending, LOOK).not_done:
+            pass
+    finally:
+        over.set()
+        wait(pending)
+    for done in pending:
+        done.result()
 
 
 def _names(given: Sequence[str] | str) -> tuple[str, ...]:

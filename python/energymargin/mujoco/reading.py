@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import mujoco
@@ -13,6 +14,9 @@ from energymargin.mujoco.states import States
 
 Numbers = NDArray[np.float64]
 
+INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION.value
+BODY = mujoco.mjtObj.mjOBJ_BODY
+
 
 class Columns:
     """Where the parts of MuJoCo's state are in a vector of mjSTATE_INTEGRATION, and in its part
@@ -23,9 +27,7 @@ class Columns:
         kinds = mujoco.mjtState
         bits = range(int(kinds.mjNSTATE))
         sizes = {
-            bit: mujoco.mj_stateSize(model, 1 << bit)
-            for bit in bits
-            if kinds.mjSTATE_INTEGRATION.value >> bit & 1
+            bit: mujoco.mj_stateSize(model, 1 << bit) for bit in bits if INTEGRATION >> bit & 1
         }
         ends = dict(zip(sizes, np.cumsum(list(sizes.values())), strict=True))
 
@@ -75,71 +77,103 @@ class Reader:
         }
         self._slides = _slides(model)
         names = states.names
-        self._quick = all(number in self._free for _, number in names.free) and not (
-            names.welds or names.missing or any(joint.held for joint, _ in names.moving)
+        self._by_joints = all(number in self._free for _, number in names.free) and not (
+            names.missing or any(joint.held for joint, _ in names.moving)
         )
 
     def states(self, memory: Numbers) -> Numbers:
         """States of the scene, shape (m, n), of MuJoCo's whole states (m, h)."""
-        qpos, qvel = memory[:, self._columns.qpos], memory[:, self._columns.qvel]
-        if not self._quick:
+        names, columns = self._states.names, self._columns
+        if names.welds:
             return self._slowly(memory)
-        states = np.empty((len(memory), self._scene.dimension))
-        for body, number in self._states.names.free:
-            first, dof = self._free[number]
-            row = states[:, self._scene.slice(body.name)]
-            row[:, :3], row[:, 7:10] = qpos[:, first : first + 3], qvel[:, dof : dof + 3]
-            row[:, 3:7] = np.roll(_unit(qpos[:, first + 3 : first + 7]), -1, axis=1)
-            row[:, 10:] = _turned(row[:, 3:7], qvel[:, dof + 3 : dof + 6])
-        for joint, number in self._states.names.moving:
-            row = states[:, self._scene.joint_slice(joint.name)]
-            row[:, 0] = qpos[:, self._model.jnt_qposadr[number]]
-            row[:, 1] = qvel[:, self._model.jnt_dofadr[number]]
+        states = np.tile(self._states.rest, (len(memory), 1))
+        bodies = self._free_joints(memory) if self._by_joints else self._kinematics(memory)
+        for (body, _), rows in zip(names.free, bodies, strict=True):
+            states[:, self._scene.slice(body.name)] = rows
+        for joint, number in names.moving:
+            row, dof = (
+                states[:, self._scene.joint_slice(joint.name)],
+                self._model.jnt_dofadr[number],
+            )
+            row[:, 0] = memory[:, columns.qpos[self._model.jnt_qposadr[number]]]
+            row[:, 1] = 0.0 if joint.held else memory[:, columns.qvel[dof]]
         return states
 
-    def twists(self, physics: Numbers) -> Numbers:
+    def _free_joints(self, memory: Numbers) -> Iterator[Numbers]:
+        """Of each free body its rows, shape (m, 13)."""
+        for _, number in self._states.names.free:
+            first, dof = self._free[number]
+            pose = memory[:, self._columns.qpos[first : first + 7]].T
+            twist = memory[:, self._columns.qvel[dof : dof + 6]].T
+            turn = _unit(pose[3:])
+            yield np.concatenate([pose[:3], turn, twist[:3], _turned(turn, twist[3:])]).T
+
+    def _kinematics(self, memory: Numbers) -> Numbers:
+        """The same of bodies that anything moves in the model, shape (b, m, 13)."""
+        model, data = self._model, mujoco.MjData(self._model)
+        bodies = np.array([number for _, number in self._states.names.free], int)
+        parts = data.xpos, data.xquat, data.cvel, data.subtree_com
+        places = bodies, bodies, bodies, model.body_rootid[bodies]
+        found = [np.empty((len(memory), *part[bodies].shape)) for part in parts]
+        for number, row in enumerate(memory if bodies.size else ()):
+            mujoco.mj_setState(model, data, row, INTEGRATION)
+            self._states.refresh(data)
+            for rows, part, at in zip(found, parts, places, strict=True):
+                rows[number] = part[at]
+        position, turn, twist, center = (rows.T for rows in found)
+        speed = twist[3:] - _cross(position - center, twist[:3])  # as mj_objectVelocity
+        rows = np.concatenate([position, turn[1:], turn[:1], speed, twist[:3]])
+        return np.moveaxis(rows, 0, -1)
+
+    def twists(self, memory: Numbers, physics: Numbers) -> Numbers:
         """Linear and angular velocity of each object at its centre of mass, along the world's axes,
-        shape (m, steps, k, 6), of physics (m, steps, p)."""
-        flat = physics.reshape(-1, physics.shape[-1])
-        qpos, qvel = flat[:, self._columns.qpos_of_physics], flat[:, self._columns.qvel_of_physics]
-        twists = np.empty((len(flat), len(self.objects), 6))
-        known = self._free.keys() | self._slides.keys()
-        slow = [k for k, number in enumerate(self.objects) if number not in known]
-        for k, number in enumerate(self.objects):
+        shape (k, 6, m, steps + 1), where rollouts begin, with memory (m, h), and of their physics
+        after each step, (m, steps, p)."""
+        twists = np.zeros((len(self.objects), 6, len(memory), physics.shape[1] + 1))
+        at, of = self._columns.qpos_of_physics, self._columns.qvel_of_physics
+
+        def path(columns: NDArray[np.intp]) -> Numbers:
+            found = np.empty((columns.size, *twists.shape[2:]))
+            for part, column in zip(found, columns, strict=True):
+                part[:, 0] = memory[:, self._columns.physics[column]]
+                part[:, 1:] = physics[:, :, column]
+            return found
+
+        for number, twist in zip(self.objects, twists, strict=True):
             if number in self._slides:
                 dof, axis = self._slides[number]
-                twists[:, k, :3], twists[:, k, 3:] = qvel[:, [dof]] * axis, 0.0
+                twist[:3] = path(of[[dof]]) * axis[:, None, None]
             elif number in self._free:
                 first, dof = self._free[number]
-                turn = np.roll(_unit(qpos[:, first + 3 : first + 7]), -1, axis=1)
-                spin = _turned(turn, qvel[:, dof + 3 : dof + 6])
-                center = np.tile(self._model.body_ipos[number], (len(flat), 1))
-                arm = _turned(turn, center)
-                twists[:, k, :3] = qvel[:, dof : dof + 3] + np.cross(spin, arm)
-                twists[:, k, 3:] = spin
-        if slow:
-            data = mujoco.MjData(self._model)
-            for row in range(len(flat)):
-                data.qpos[:], data.qvel[:] = qpos[row], qvel[row]
+                turn = _unit(path(at[first + 3 : first + 7]))
+                twist[:3] = path(of[dof : dof + 3])
+                twist[3:] = _turned(turn, path(of[dof + 3 : dof + 6]))
+                center = self._model.body_ipos[number][:, None, None]
+                if center.any():
+                    twist[:3] += _cross(twist[3:], _turned(turn, center))
+            else:
+                self._twist_slowly(number, memory, physics, twist)
+        return twists
+
+    def _twist_slowly(self, number: int, memory: Numbers, physics: Numbers, twist: Numbers) -> None:
+        model, data, found = self._model, mujoco.MjData(self._model), np.empty(6)
+        qpos, qvel = self._columns.qpos_of_physics, self._columns.qvel_of_physics
+        for row, start in enumerate(memory):
+            mujoco.mj_setState(model, data, start, INTEGRATION)
+            positions, speeds = physics[row][:, qpos], physics[row][:, qvel]
+            for step in range(twist.shape[2]):
+                if step:
+                    data.qpos[:], data.qvel[:] = positions[step - 1], speeds[step - 1]
                 self._states.refresh(data)
-                for k in slow:
-                    twist = np.empty(6)
-                    body = mujoco.mjtObj.mjOBJ_BODY
-                    mujoco.mj_objectVelocity(self._model, data, body, self.objects[k], twist, 0)
-                    twists[row, k] = np.roll(twist, 3)
-        return twists.reshape(*physics.shape[:2], len(self.objects), 6)
+                mujoco.mj_objectVelocity(model, data, BODY, number, found, 0)
+                twist[:3, row, step], twist[3:, row, step] = found[3:], found[:3]
 
     def _slowly(self, memory: Numbers) -> Numbers:
-        states = np.empty((len(memory), self._scene.dimension))
+        states = np.full((len(memory), self._scene.dimension), np.nan)
         data = mujoco.MjData(self._model)
-        for row, numbers in zip(states, memory, strict=True):
-            if np.isfinite(numbers).all():
-                mujoco.mj_setState(
-                    self._model, data, numbers, mujoco.mjtState.mjSTATE_INTEGRATION.value
-                )
-                row[:] = self._states.read(data)
-            else:
-                row[:] = np.nan
+        for at in np.flatnonzero(np.isfinite(memory).all(axis=1)):
+            mujoco.mj_setState(self._model, data, memory[at], INTEGRATION)
+            states[at] = self._states.read(data)
         return states
 
 
@@ -151,19 +185,28 @@ def _slides(model: Any) -> dict[int, tuple[int, Numbers]]:
     for body in np.flatnonzero(model.body_jntnum == 1):
         joint = int(model.body_jntadr[body])
         still = model.body_weldid[model.body_parentid[body]] == 0
+        still &= model.body_mocapid[model.body_rootid[body]] < 0
         if still and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE:
             found[int(body)] = int(model.jnt_dofadr[joint]), data.xaxis[joint].copy()
     return found
 
 
 def _unit(quaternions: Numbers) -> Numbers:
-    unit: Numbers = quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
+    """Quaternions w, x, y, z, their parts along the first axis, as unit ones x, y, z, w."""
+    w, x, y, z = quaternions
+    unit: Numbers = np.stack([x, y, z, w]) / np.sqrt(w * w + x * x + y * y + z * z)
     return unit
 
 
+def _cross(one: Numbers, other: Numbers) -> Numbers:
+    """Of vectors whose parts are along the first axis."""
+    (a, b, c), (d, e, f) = one, other
+    return np.stack([b * f - c * e, c * d - a * f, a * e - b * d])
+
+
 def _turned(turns: Numbers, vectors: Numbers) -> Numbers:
-    """Each vector (m, 3), turned by a quaternion x, y, z, w."""
-    axis, cosine = turns[:, :3], turns[:, 3:]
-    twice = 2.0 * np.cross(axis, vectors)
-    turned: Numbers = vectors + cosine * twice + np.cross(axis, twice)
+    """Each vector, turned by a quaternion x, y, z, w; their parts are along the first axis."""
+    axis, cosine = turns[:3], turns[3]
+    twice = 2.0 * _cross(axis, vectors)
+    turned: Numbers = vectors + cosine * twice + _cross(axis, twice)
     return turned

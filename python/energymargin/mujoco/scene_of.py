@@ -43,7 +43,8 @@ def scene_of(
 def _add_box(scene: em.Scene, model: Any, data: Any, name: str, role: str) -> None:
     known = [model.body(i).name for i in range(model.nbody)]
     if name not in known:
-        raise ValueError(f"{role} is {name!r}, expected one of {', '.join(known[1:])}")
+        argument = {"object": "objects"}.get(role, role)
+        raise ValueError(f"{argument} is {name!r}, expected one of {', '.join(known[1:])}")
     number = known.index(name)
     first = int(model.body_geomadr[number])
     geoms = range(first, first + int(model.body_geomnum[number]))

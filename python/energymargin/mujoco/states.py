@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 import energymargin as em
-from energymargin.base.checks import check_shape
+from energymargin.base.checks import check_shape, check_type
 from energymargin.base.plausibility import warn
 from energymargin.mujoco.mjcf_bodies import inertia_of
 
@@ -51,14 +51,15 @@ class States:
                 f"the model does not have {', '.join(map(repr, names.missing))}; others=state says "
                 "where they are, as scene.pack(...) does"
             )
-        self._rest = np.zeros(scene.dimension) if others is None else np.array(others, float)
-        check_shape("others", self._rest, (scene.dimension,))
+        self.rest = np.zeros(scene.dimension) if others is None else np.array(others, float)
+        """`others`, or zeros."""
+        check_shape("others", self.rest, (scene.dimension,))
         self._twist, self._ball = np.zeros(6), mujoco.mjtJoint.mjJNT_BALL
 
     def read(self, data: Any) -> Vector:
         """The state in a `mujoco.MjData`, shape (n,), whose poses and velocities follow `qpos`."""
         self.refresh(data)
-        state, model = self._rest.copy(), self._model
+        state, model = self.rest.copy(), self._model
         for _, body, at in self._free:
             row, twist = state[at], self.twist(data, body, mujoco.mjtObj.mjOBJ_XBODY)
             row[:3], row[3:7] = data.xpos[body], np.roll(data.xquat[body], -1)
@@ -241,6 +242,20 @@ class Names:
         """Free bodies and joints of the scene's states that the model does not have."""
 
 
+def require_data(model: Any, data: Any) -> None:
+    """ValueError unless these are a `mujoco.MjModel` and its `mujoco.MjData`: MuJoCo itself would
+    write beyond the arrays of another one's."""
+    check_type("model", model, mujoco.MjModel, "a mujoco.MjModel")
+    check_type("data", data, mujoco.MjData, "a mujoco.MjData")
+    sizes = {"nq": data.qpos.size, "nv": data.qvel.size, "nbody": len(data.xpos)}
+    for name, size in sizes.items():
+        if size != (wanted := int(getattr(model, name))):
+            raise ValueError(
+                f"data is of a model with {name} = {size}, expected that of the model, which has "
+                f"{wanted}: mujoco.MjData(model)"
+            )
+
+
 def state(
     scene: em.Scene, model: Any, data: Any, *, prefix: str = "", others: ArrayLike | None = None
 ) -> Vector:
@@ -262,6 +277,7 @@ def state(
     Raises ValueError on bodies and joints that the model does not have, and on a body that is fixed
     in the scene and elsewhere in the model. ImportError without MuJoCo.
     """
+    require_data(model, data)
     states = States(scene, model, prefix=prefix, others=others)
     own = copy(data)
     states.refresh(own)
@@ -283,6 +299,7 @@ def set_state(
     Raises ValueError on a body that MuJoCo cannot place, and then changes nothing. ImportError
     without MuJoCo.
     """
+    require_data(model, data)
     own = copy(data)
     States(scene, model, prefix=prefix, others=scene.pack()).write(own, state)
     for servo in servos(Names(scene, model, prefix), model).values():

@@ -15,7 +15,7 @@ from energymargin import Cancel, Cancelled, Plan, Problem, Scene, rank
 from energymargin.actions import Ranking, Standing
 from energymargin.base import checks
 from energymargin.base.limits import Limit
-from energymargin.base.plausibility import kept_warnings
+from energymargin.base.plausibility import kept_warnings, warn
 from energymargin.base.reprs import Record
 from energymargin.base.table_text import csv_text
 from energymargin.beliefs import Uncertainty
@@ -26,7 +26,7 @@ from energymargin.placing.boxes import Floats, up_of
 from energymargin.placing.jolts import Jolts
 from energymargin.placing.pushes import Push, Pushes
 from energymargin.placing.releases import Release
-from energymargin.placing.rooms import Room, named
+from energymargin.placing.rooms import DROP, Room, named
 from energymargin.placing.settling import settle
 from energymargin.placing.stacks import carrier_of, place_of
 from energymargin.summary import Summarized
@@ -173,7 +173,11 @@ def placements(
     limit = Limit(timeout, cancel)
     objects = [one.name for one in scene.bodies if one.role == "object"]
     checks.one_of("body", body, objects)
-    checks.whole_number("pushed", pushed, 0)
+    if checks.whole_number("pushed", pushed, 0) and not isinstance(scene.engine, str):
+        raise ValueError(
+            f"pushed is {pushed} with the engine {scene.engine.name!r}, which tells no contacts, "
+            "expected pushed=0, or scene.with_engine('native')"
+        )
     jolts = {"knock": knock, "shake": shake, "tilt": tilt}
     for name, value in jolts.items():
         checks.not_negative_number(name, value)
@@ -206,6 +210,8 @@ def placements(
             continue
         with kept_warnings():  # a thing that is let go falls, in each of many problems
             problems[name] = question.problem(room.state(pose, np.zeros(3)), *asking)
+    if poses is not None:
+        _warn_of_air({k: room.nearest(room.state(asked[k], np.zeros(3))) for k in problems})
     if not problems:
         where = ", ".join(sorted(set(blocked.values()))) or "nothing to stand on"
         raise ValueError(f"poses is {len(asked)} candidates, none of which has room: {where}")
@@ -288,3 +294,14 @@ def _check_hand(
             "uncertainty has a pose or a velocity, but the hand holds the body: expected friction "
             "and mass, and errors of its pose as poses of their own"
         )
+
+
+def _warn_of_air(found: Mapping[str, tuple[float, str]]) -> None:
+    """Of poses in which the body rests on nothing."""
+    fall = {name: one for name, one in found.items() if one[0] > DROP}
+    for name, (gap, nearest) in list(fall.items())[:1]:
+        text = (
+            f"{len(fall)} of {len(found)} poses are in the air, as {name!r}, {gap:.3g} m from "
+            f"{nearest!r}, the nearest body: a pose is where the body's frame is when it rests"
+        )
+        warn([("poses", text)], None)

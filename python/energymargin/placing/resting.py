@@ -20,24 +20,21 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from energymargin import Cancel, Cancelled, Inertial, Scene, mass_properties, scenes
+from energymargin import Cancel, Inertial, mass_properties, scenes
 from energymargin.base import checks
 from energymargin.base.limits import Limit
-from energymargin.base.plausibility import kept_warnings
 from energymargin.base.reprs import Record
 from energymargin.executors import Executor, ask
 from energymargin.placing.boxes import Floats
-from energymargin.placing.settling import settle
+from energymargin.placing.drops import GRAVITY, Drops
 from energymargin.summary import Summarized
 
-GRAVITY = 9.81  # m/s^2
 WATER = 1000.0  # kg/m^3
 FLAT = 1e-9  # 1 - cosine of the angle between faces that are one
 EDGE = 1e-9  # of the body's reach; so far outside of a face its foot still counts as within
 ALIKE = 1e-6  # of the reach; passes of such heights are taken alike often
 ROLLED = np.radians(30.0)
-ROCKING = 2e-3  # of the reach; a body that moves less within REST is at rest after a drop
-REST, LONGEST = 0.15, 5.0  # s
+BREATH = 0.1  # of the rise below which a body comes to rest nowhere; below this it does not stand
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -125,8 +122,9 @@ def resting_poses(
         on: normal of the plane (3,), up by default; another one is a slope.
         mass: [kg]; None: it is as heavy as water.
         inertial: centre of mass and inertia; None: those of the shape, of even density.
-        merge: poses are one if the centre of mass rises on the way out of one by less than this
-            share of the body's reach from there: it rolls, or a breath topples it. 0: none are.
+        merge: a pose has the probability 0 if the centre of mass rises on the way out of it by less
+            than this share of the body's reach from there. It is none if it rolls so, or topples
+            with a tenth of that: a breath does it. 0: all are poses.
         drops: so many are simulated too, from random orientations.
         height: from which it is dropped [m]; 0: its lowest point is on the plane.
         seed: of the drops.
@@ -157,7 +155,7 @@ def resting_poses(
     center = np.array((inertial or properties).center)
     faces = Faces(np.concatenate(scenes.shape_parts(shape)) - center)
     basins = faces.basins(merge, slope) if mu >= np.tan(slope) else []
-    dropping = _Drops(shape, mass, mu, inertial, slope, fall, seed, faces)
+    dropping = Drops(*(shape, mass, mu, inertial, slope, fall, seed, faces.normals, faces.reach))
     ends: dict[int, int] = {}
     ask(
         [range(count if basins else 0)],
@@ -253,6 +251,17 @@ class Faces:
 
     def basins(self, merge: float, slope: float) -> list[Basin]:
         """The poses, the most probable first."""
+        rolls = _dots(self.normals[self.one], self.normals[self.other]) > np.cos(ROLLED)
+        found = self._merged(merge * self.reach * np.where(rolls, 1.0, BREATH))
+        ends = {
+            one.lowest: one.share for one in self._merged(np.full(len(rolls), merge * self.reach))
+        }
+        for one in found:  # what hardly stays is where nothing comes to, but it can be put so
+            one.share = ends.get(one.lowest, 0.0)
+        return sorted(self._staying(found, slope), key=lambda one: -one.share)
+
+    def _merged(self, least: Floats) -> list[Basin]:
+        """Those are one between which the rise over an edge is below its least one [m]."""
         target = np.arange(len(self.normals))
         worst = np.full(len(target), np.inf)
         np.minimum.at(worst, self.one, self.inside)
@@ -272,7 +281,7 @@ class Faces:
             if a == b:
                 continue
             low, high = sorted((a, b), key=lambda k: (self.heights[lowest[k]], k))
-            if self.peaks[e] - self.heights[lowest[high]] < merge * self.reach:
+            if self.peaks[e] - self.heights[lowest[high]] < least[e]:
                 sides = np.stack([self.one, self.other])[:, order[place : until[place]]].T
                 alike = [{_root(parent, int(k)) for k in ends} for ends in sides]
                 ways = set[int]().union(*(ends for ends in alike if high in ends)) - {high}
@@ -282,7 +291,7 @@ class Faces:
         for k in range(len(target)):
             basin = Basin(lowest[root := _root(parent, k)], float(share[root]))
             found.setdefault(root, basin).faces.append(k)
-        return sorted(self._staying([*found.values()], slope), key=lambda one: -one.share)
+        return [*found.values()]
 
     def _staying(self, basins: list[Basin], slope: float) -> list[Basin]:
         """Those that stay on a slope; from the others the body goes on over the lowest edges."""
@@ -335,49 +344,6 @@ class Faces:
         pose[:3, :3] = turn.as_matrix()
         pose[:3, 3] = [0, 0, self.heights[face]] - turn.apply(center)
         return pose
-
-    def nearest(self, down: Floats) -> int:
-        """The face that looks most along a direction of the body's frame."""
-        return int(np.argmax(self.normals @ down))
-
-
-@dataclass(frozen=True, eq=False)
-class _Drops:
-    """Drops of a body on a plane, by their numbers."""
-
-    shape: Any
-    mass: float
-    friction: float
-    inertial: Inertial | None
-    slope: float
-    height: float
-    seed: int
-    faces: Faces
-
-    def ends(self, numbers: Sequence[int], cancel: Cancel) -> list[int]:
-        """The face that is down in the end, of each; once it is cancelled, of those that ended."""
-        down = GRAVITY * np.array([np.sin(self.slope), 0, -np.cos(self.slope)])
-        scene = Scene(down, friction_rule="max")
-        scene.add_plane("plane", friction=self.friction)
-        body: dict[str, Any] = {"mass": self.mass, "inertial": self.inertial}
-        scene.add_body("object", self.shape, friction=self.friction, **body)
-        points = np.concatenate(scenes.shape_parts(self.shape))
-        rule: dict[str, Any] = {"still": ROCKING * self.faces.reach, "during": REST}
-        found = list[int]()
-        for number in numbers:
-            turn = Rotation.random(random_state=np.random.default_rng([self.seed, number]))
-            start = {"position": (0, 0, self.height - turn.apply(points)[:, 2].min())}
-            state = scene.pack(object=start | {"orientation": turn.as_quat()})
-            try:
-                with kept_warnings():  # which each of many drops would repeat
-                    end = settle(scene, state, time=LONGEST, **rule, cancel=cancel)
-            except Cancelled:
-                break
-            if not end.complete:
-                break
-            there = Rotation.from_quat(scene.unpack(end.state)["object"]["orientation"])
-            found.append(self.faces.nearest(there.inv().apply([0, 0, -1.0])))
-        return found
 
 
 def _dots(one: Floats, other: Floats) -> Floats:

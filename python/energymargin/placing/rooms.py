@@ -42,11 +42,16 @@ class Room:
         own[7:] = 0.0
         return state
 
-    def blocked_by(self, state: Floats) -> str | None:
-        """The body that it is in most deeply, if it is in one."""
+    def nearest(self, state: Floats) -> tuple[float, str]:
+        """How far it is from the nearest body, which is named [m]."""
         distances = self._distances(state)
         nearest = min(distances, key=distances.__getitem__)
-        return nearest if distances[nearest] < -INSIDE else None
+        return distances[nearest], nearest
+
+    def blocked_by(self, state: Floats) -> str | None:
+        """The body that it is in most deeply, if it is in one."""
+        distance, nearest = self.nearest(state)
+        return nearest if distance < -INSIDE else None
 
     def grid(
         self, on: Sequence[str], spacing: float, yaws: Sequence[float], limit: Limit
@@ -61,22 +66,22 @@ class Room:
             raise ValueError("yaws is empty, expected one turn at least, such as 0")
         found: list[tuple[float, str, Floats]] = []
         turned = Rotation.from_quat(self._scene.unpack(self._state)[self._body]["orientation"])
-        spots = [(name, top, yaw) for name, top in self._tops(dict.fromkeys(on)) for yaw in yaws]
-        for number, (name, top, yaw) in enumerate(spots):
-            turn = Rotation.from_rotvec(yaw * self._frame[2]) * turned
-            for margin, place in points_in(top, self._frame, spacing):
+        spots = [(*spot, yaw) for spot in self._tops(dict.fromkeys(on)) for yaw in yaws]
+        for number, (name, top, lean, yaw) in enumerate(spots):
+            turn = lean * Rotation.from_rotvec(yaw * self._frame[2]) * turned
+            frame = lean.apply(self._frame)
+            for margin, place in points_in(top, frame, spacing):
                 limit.require("the candidates were looked at")
-                pose = self._standing(turn, place)
+                pose = self._standing(turn, place, frame[2])
                 x, y, z = pose[:3, 3]
                 found.append((margin, f"{name}.{number} ({x:.3f}, {y:.3f}, {z:.3f})", pose))
         if not found:
             raise ValueError(f"on is {list(on)}, expected supports with a top, or give poses")
         return {name: pose for _, name, pose in sorted(found, key=lambda one: -one[0])}
 
-    def _standing(self, turn: Rotation, place: Floats) -> Floats:
+    def _standing(self, turn: Rotation, place: Floats, up: Floats) -> Floats:
         """The pose in which it stands at a place, lowered until it touches something."""
         corners = turn.apply(np.concatenate(scenes.shape_parts(self._shapes[self._body])))
-        up = self._frame[2]
         middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
         pose = np.eye(4)
         pose[:3, :3] = turn.as_matrix()
@@ -93,15 +98,29 @@ class Room:
     def _distances(self, state: Floats) -> dict[str, float]:
         return {o: self._world.distance(state, self._body, o) for o in self._others}
 
-    def _tops(self, on: Iterable[str]) -> Iterator[tuple[str, Floats]]:
-        """Corners of the top of each convex part, (N, 3), of supports."""
+    def _tops(self, on: Iterable[str]) -> Iterator[tuple[str, Floats, Rotation]]:
+        """Corners of the top of each convex part, (N, 3), of supports, and how that leans."""
         there = scenes.body_poses(self._scene, self._state)
         for name in on:
             position, orientation = there[name]
             for part in scenes.shape_parts(self._shapes[name]):
                 corners = Rotation.from_quat(orientation).apply(part) + position
-                heights = corners @ self._frame[2]
-                yield name, corners[heights > heights.max() - LEVEL]
+                yield name, *_top_of(corners, self._frame[2])
+
+
+def _top_of(corners: Floats, up: Floats) -> tuple[Floats, Rotation]:
+    """The corners of a part's top, and the turn from level to how it leans."""
+    hull = ConvexHull(corners)
+    face = hull.equations[int(np.argmax(hull.equations[:, :3] @ up))]
+    top = corners[corners @ face[:3] + face[3] > -LEVEL]
+    heights = corners @ up
+    level = corners[heights > heights.max() - LEVEL]
+    if len(level) >= len(top):
+        return level, Rotation.identity()
+    lean, _ = Rotation.align_vectors(
+        [face[:3], np.cross(up, face[:3])], [up, np.cross(up, face[:3])]
+    )
+    return top, lean
 
 
 def points_in(top: Floats, frame: Floats, spacing: float) -> list[tuple[float, Floats]]:

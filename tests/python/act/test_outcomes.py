@@ -60,6 +60,55 @@ def test_evaluations_of_lerobot_are_paired_by_their_seeds(tmp_path):
     assert told.exit_code == 0 and "neither is sure" in told.output
 
 
+def tasks(path, *rows):
+    """As LeRobot writes several tasks: a group, a number and successes each."""
+    path.write_text(
+        json.dumps(
+            {
+                "per_task": [
+                    {
+                        "task_group": group,
+                        "task_id": number,
+                        "metrics": {
+                            "sum_rewards": [float(one) for one in successes],
+                            "max_rewards": [float(one) for one in successes],
+                            "successes": [bool(one) for one in successes],
+                            "video_paths": [],
+                        },
+                    }
+                    for group, number, successes in rows
+                ],
+                "per_group": {group: {"pc_success": float("nan")} for group, *_ in rows},
+                "overall": {"pc_success": 50.0, "n_episodes": sum(len(one[2]) for one in rows)},
+            }
+        )
+    )
+    return path
+
+
+def test_tasks_that_ended_in_another_order_are_paired_by_their_names(tmp_path):
+    """Two policies alike: all of the easy task is won, nothing of the hard one."""
+    easy, hard = ("spatial", 0, [1] * 12), ("goal", 0, [0] * 12)
+    a, b = tasks(tmp_path / "a.json", easy, hard), tasks(tmp_path / "b.json", hard, easy)
+    found = em.compare(a, b)
+    assert (found.pairs, found.wins, found.losses, found.better) == (24, 0, 0, "")
+    more = tasks(tmp_path / "c.json", ("goal", 1, [1] * 9), hard, ("spatial", 0, [1] * 5))
+    assert em.compare(a, more).pairs == 17  # what only one has does not count
+    with pytest.raises(ValueError, match="no seed and no task in common"):
+        em.compare(a, tasks(tmp_path / "d.json", ("object", 0, [1])))
+
+
+def test_who_ended_first_makes_nobody_better(tmp_path):
+    """The order of a file is that in which tasks ended: here a's won ones first."""
+    random = np.random.default_rng(5)
+    rows = {number: (random.random(2) < 0.5).tolist() for number in range(60)}
+    others = {number: (random.random(2) < 0.5).tolist() for number in range(60)}
+    order = sorted(rows, key=lambda number: sum(others[number]) - sum(rows[number]))
+    a = tasks(tmp_path / "a.json", *(("t", number, rows[number]) for number in order))
+    b = tasks(tmp_path / "b.json", *(("t", number, others[number]) for number in rows))
+    assert em.compare(a, b).better == ""
+
+
 @pytest.mark.parametrize(
     ("a", "match"),
     [

@@ -86,6 +86,22 @@ def test_who_is_out_is_beaten_and_no_race_that_is_over_is_undecided(places):
             assert not ranking.decision.startswith("undecided")
 
 
+def test_plans_of_one_problem_are_candidates_of_it(field):
+    one = problem()
+    plans = {
+        f"{f} N": em.Plan(1 / 240, wrenches={"object": [[f, 0, 0, 0, 0, 0]] * 240}) for f in (1, 9)
+    }
+    given = {"rollouts": 16, "race": False}
+    named = em.rank(one, plans, **given)
+    whole = em.rank({name: one.replace(plan=plan) for name, plan in plans.items()}, **given)
+    assert [s.values.tolist() for s in named] == [s.values.tolist() for s in whole]
+    assert [s.name for s in named] == [s.name for s in whole]
+    with pytest.raises(ValueError, match=r"plans is Plan\(.*expected several, as a list or a dict"):
+        em.rank(one, plans["1 N"])
+    with pytest.raises(ValueError, match=r"^problems is .* beside plans, expected one Problem"):
+        em.rank(field, plans)
+
+
 def test_success_is_a_metric_of_its_own():
     boxes = {"left": problem(0.0, -0.5), "right": problem(0.0, 0.5)}
     ranking = em.rank(boxes, metric="probability/success", rollouts=30)
@@ -260,7 +276,7 @@ def test_a_cancel_leaves_what_is_decided_or_raises():
     ("problems", "arguments", "message"),
     [
         ([], {}, "problems is empty"),
-        (problem(), {}, "problems is .*expected several"),
+        (problem(), {}, r"problems is .*expected several.* em.rank\(problem, {'left': plan"),
         ([problem(), 3], {}, r"problems\['1'\] is 3, expected a Problem"),
         ([problem().replace(horizon=None)], {}, r"problems\['0'\] is without a horizon"),
         ([problem()], {"metric": "capture"}, "metric is 'capture', expected 'probability'"),

@@ -69,3 +69,10 @@ def test_a_problem_is_pickled_as_before():
     bounds = {"force": (1, 1, 1), "torque": (0, 0, 0), "duration": 0.1}
     problem = em.Problem(scene(), scene().pack(), captured=ball, **bounds)
     assert pickle.loads(pickle.dumps(problem)).to_json() == problem.to_json()
+
+
+def test_a_scene_without_a_robot_has_nothing_to_hold_and_needs_no_plan():
+    scene = em.Scene()
+    scene.add_body("box", em.Box((0.1, 0.1, 0.1)), mass=1, role="object")
+    with pytest.raises(ValueError, match=r"robot can hold: .* horizon=0\.5 and no plan"):
+        em.Plan.hold(scene, scene.pack(), 0.5)

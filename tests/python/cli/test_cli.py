@@ -148,6 +148,11 @@ def test_wrong_input_is_one_clear_line_and_exit_code_2(folder):
         "capture",
     )
     refused(run_here("evaluate", "notes.txt", cwd=folder), "notes.txt is not a file of scores")
+    whose = "push.h5 is not a file of scores", "`energymargin score push.h5`"
+    refused(run_here("evaluate", "push.h5", cwd=folder), *whose)
+    (folder / "rec.csv").write_text("time,cup_x,cup_y\n")
+    refused(run_here("score", "rec.csv", cwd=folder), "energymargin import rec.csv --problem")
+    refused(run_here("settle", "arm.xacro", cwd=folder), "xacro arm.xacro > robot.urdf")
     assert not (folder / "w.db").exists() and not (folder / "x.h5").exists()
 
 

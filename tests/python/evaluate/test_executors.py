@@ -1,5 +1,6 @@
 """The same scores on threads, in processes and on a cluster, also when workers die."""
 
+import gc
 import multiprocessing
 import os
 import signal
@@ -274,9 +275,14 @@ def test_arguments_that_contradict_are_refused(problems, wrong, words):
 
 
 def test_ctrl_c_does_not_wait_for_a_scheduler_that_is_not_there(problems):
+    """It leaves no client, whose end would wait for the next one that is just being made."""
+    from distributed import Client
+
     threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
     with pytest.raises(KeyboardInterrupt):
         em.score(problems, executor=Dask("tcp://127.0.0.1:9"))
+    left = [one for one in gc.get_objects() if type(one) is Client and one.status != "closed"]
+    assert left == []
 
 
 def test_executors_without_workers_are_refused():

@@ -1,6 +1,7 @@
 """Grasps that are scored: closed forms, draws, what is lost and how, files of scores."""
 
 import threading
+import warnings
 from contextlib import suppress
 from dataclasses import replace
 from time import monotonic
@@ -419,7 +420,37 @@ def test_links_of_a_hand_of_a_file_have_the_pads_that_are_named(two_fingers):
         score(grasps(), replace(two_fingers, pads={"thumb": em.Pad()}), cube())
 
 
+def test_a_hand_of_a_file_has_its_grasp_frame_where_a_link_is_and_closes_with_its_efforts(
+    two_fingers, tmp_path
+):
+    text = two_fingers.path.read_text().replace(
+        "</robot>",
+        """<link name="tool0"/><joint name="tool" type="fixed"><parent link="palm"/>
+        <child link="tool0"/><origin xyz="0 0 .05" rpy="0 0 .5"/></joint></robot>""",
+    )
+    (tmp_path / "tool.urdf").write_text(text)
+    hand = replace(two_fingers, path=tmp_path / "tool.urdf", frame="tool0", options={})
+    scene = em.Scene()
+    fitted = hand.add_to(scene, force=1.0, opening=np.nan)
+    half = np.cos(0.5), np.sin(0.5)
+    np.testing.assert_allclose(fitted.frame[:2, :2], [[half[0], -half[1]], half[::-1]], atol=1e-12)
+    np.testing.assert_allclose(fitted.frame[:3, 3], (0, 0, 0.05), atol=1e-12)
+    drives = {joint.name: (joint.stiffness, joint.torque_limit) for joint in scene.joints}
+    assert drives == {side: (pytest.approx(1e4), 10.0) for side in ("left_slide", "right_slide")}
+    assert hand.text["frame"] == "tool0"
+    assert replace(hand, frame=0.05)._frame(scene, "palm")[2, 3] == 0.05
+    with pytest.raises(ValueError, match=r"frame is 'tcp', expected a link .*tool0, a name of .*"):
+        replace(hand, frame="tcp").add_to(em.Scene(), force=1.0, opening=np.nan)
+    (tmp_path / "tool.urdf").write_text(text.replace('effort="10"', 'effort="0"'))
+    with pytest.raises(ValueError, match=r"close names 'left_slide', .*'torque_limit': 20.0"):
+        replace(hand).add_to(em.Scene(), force=1.0, opening=np.nan)
+
+
 def test_what_a_hand_of_a_file_does_not_have_is_refused(two_fingers):
+    with pytest.raises(
+        ValueError, match=r"hand is 'a.urdf', .* em.grasps.HandFile\('a.urdf', close="
+    ):
+        score(grasps(), "a.urdf", cube())
     with pytest.raises(ValueError, match=r"joints has 'thumb', expected one of left_slide"):
         score(grasps(), replace(two_fingers, close={"thumb": (0, 1)}), cube())
     with pytest.raises(ValueError, match=r"fingers names 'pad'"):
@@ -536,7 +567,10 @@ def test_a_table_ranks_the_grasps_and_says_how_each_is_lost():
     assert np.isnan(scores.efforts[0])
     assert scores.to_csv().count("\n") == 4
     assert (scores.best, scores.worst) == (1, 0)
-    assert scores.problem(1).plan.duration == pytest.approx(scores.horizon)
+    with warnings.catch_warnings():  # from above is a half turn, and meant
+        warnings.simplefilter("error")
+        assert scores.problem(1).plan.duration == pytest.approx(scores.horizon)
+        assert scores.shown(1)[1] == ""
     with pytest.raises(ValueError, match="does not close on the object"):
         scores.problem(0)
 

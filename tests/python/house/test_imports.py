@@ -65,6 +65,7 @@ def test_a_score_imports_no_heavy_package_and_few_modules_of_our_own():
         "energymargin.base",
         "energymargin.base.calls",
         "energymargin.base.checks",
+        "energymargin.base.doors",
         "energymargin.base.summary",
         "energymargin.evaluate",
         "energymargin.disturbances",

@@ -1,5 +1,7 @@
 import pickle
 import time
+import types
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -44,6 +46,111 @@ class Broad(PointMass):
         return states, memory, np.repeat(work, 2, axis=2)
 
 
+class Positive(PointMass):
+    """It tells the size of the work alone."""
+
+    def play(self, batch):
+        states, memory, work = super().play(batch)
+        return states, memory, np.abs(work)
+
+
+class Frugal(PointMass):
+    """It has one array for all answers."""
+
+    room = np.empty((9, 99, 13))
+
+    def play(self, batch):
+        states, memory, work = super().play(batch)
+        self.room[: len(states), : states.shape[1]] = states
+        return self.room[: len(states), : states.shape[1]], memory, work
+
+
+class Single(PointMass):
+    """It has the numbers of a graphics card."""
+
+    def play(self, batch):
+        states, memory, work = super().play(batch)
+        return states.astype(np.float32), memory, work
+
+
+class Bent(PointMass):
+    """Its quaternions are not of length 1."""
+
+    def play(self, batch):
+        states, memory, work = super().play(batch)
+        states[..., 3:7] *= 1.5
+        return states, memory, work
+
+
+class Windy(PointMass):
+    """A wind that is drawn where a rollout starts."""
+
+    memory = 1
+
+    def start(self, states):
+        return np.random.default_rng().normal(size=(len(states), 1))
+
+    def play(self, batch):
+        wind = {"wind": np.repeat(batch.memory, batch.steps, axis=1)}
+        return super().play(replace(batch, commands=wind))
+
+
+class Rooted(PointMass):
+    """It starts where it first did."""
+
+    memory, home = 13, None
+
+    def start(self, states):
+        self.home = states[:1].copy() if self.home is None else self.home
+        return np.repeat(self.home, len(states), axis=0)
+
+    def play(self, batch):
+        states, _, work = super().play(replace(batch, states=batch.memory))
+        return states, states[:, -1], work
+
+
+class Crowded(PointMass):
+    """Two threads at once mix its batches."""
+
+    concurrent = True
+
+    def play(self, batch):
+        self.batch = batch
+        time.sleep(1e-3)
+        return super().play(self.batch)
+
+
+class Rounding(PointMass):
+    """What goes on has been rounded."""
+
+    memory = 1
+
+    def start(self, states):
+        return np.zeros((len(states), 1))
+
+    def play(self, batch):
+        begun = batch.memory[:, :1] > 0
+        batch = replace(batch, states=np.where(begun, batch.states.round(9), batch.states))
+        states, _, work = super().play(batch)
+        return states, batch.memory + 1, work
+
+
+class Stubborn(PointMass):
+    """It varies a mass, and stays as it is."""
+
+    varies = types.MappingProxyType({"mass.ball": 1.0})
+
+    def varied(self, changes):
+        return self
+
+
+class Nameless(PointMass):
+    """Each time it is asked it is another one."""
+
+    def digest(self):
+        return repr(time.perf_counter_ns())
+
+
 def test_point_mass_keeps_the_contract():
     em.engines.check(PointMass(), floating(PointMass()))
 
@@ -52,6 +159,16 @@ def test_point_mass_keeps_the_contract():
     ("engine", "broken"),
     [
         (Forgetful(), "asked again"),
+        (Positive(), "works"),
+        (Frugal(), "wrote over the states"),
+        (Single(), "states of dtype float32"),
+        (Bent(), "what is no state: .* unit quaternion"),
+        (Windy(), "start asked again has other memory"),
+        (Rooted(), r"'ball' is faster by 0.01 m/s have the same states"),
+        (Crowded(), "beside other threads .*concurrent = False"),
+        (Rounding(), "saved and goes on"),
+        (Stubborn(), r"varied\({'mass.ball': 1.25}\) has 1.0"),
+        (Nameless(), "expected one text for one engine"),
         (Neighbourly(), "row 0 alone"),
         (Lazy(), "works"),
         (Broad(), "work of the engine 'point mass' has the shape"),

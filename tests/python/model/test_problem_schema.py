@@ -5,6 +5,7 @@ import json
 from pathlib import Path
 
 import jsonschema
+import jsonschema_rs
 import pytest
 from made_tasks import MADE
 from problem_files import at_path, full_problem, planned_problem, run
@@ -12,7 +13,7 @@ from problem_files import at_path, full_problem, planned_problem, run
 import energymargin as em
 
 CORE = Path(__file__).parents[3] / "cpp/src"
-SCHEMA = jsonschema.Draft7Validator(em.Problem.schema())
+SCHEMA = jsonschema_rs.Draft7Validator(em.Problem.schema())  # quick
 
 
 @pytest.fixture(scope="module")

@@ -63,6 +63,78 @@ HEALTHY = {
 }
 
 
+PAIR = '<contact><pair geom1="floor" geom2="block" {more}/></contact>'
+TENDON = """<tendon><fixed name="rope"><joint joint="elbow" coef="1"/></fixed></tendon>
+<actuator><position name="winch" tendon="rope" kp="500" kv="20" forcerange="-1 1"/></actuator>"""
+RAMP = """<geom type="plane" size="2 2 1" euler="0 20 0" friction=".8"/>
+<body name="crate" pos="0 0 .0532" euler="0 20 0"><freejoint/>
+<geom type="box" size=".05 .05 .05" mass="1" friction=".8"/></body>"""
+TIED = """<body name="one" pos="0 0 .0499"><freejoint/><geom type="box" size=".05 .05 .05"/></body>
+<body name="two" pos=".5 0 .0499"><freejoint/><geom type="box" size=".05 .05 .05"/></body>"""
+TIE = """<equality><connect body1="one" body2="two" anchor=".1 0 0"/></equality>
+<keyframe><key qpos="0 0 .0499 1 0 0 0 .7 0 .0499 1 0 0 0"/></keyframe>"""
+SPIN = '<keyframe><key qpos="0 0 .0499 1 0 0 0" qvel="0 0 0 0 0 3"/></keyframe>'
+BALL = """<body name="ball" pos="0 0 .0499"><freejoint/>
+<geom type="sphere" size=".05" friction="1 0 0"/></body>"""
+MOTOR = '<actuator><motor name="motor" joint="elbow" ctrllimited="true" {more}/></actuator>'
+DOUBLE = """<actuator><motor joint="elbow" ctrlrange="-6 6"/><motor joint="elbow" ctrlrange="-6 6"/>
+</actuator><keyframe><key qpos="0" ctrl="-2.4525 -2.4525"/></keyframe>"""
+OVERRIDE = '<option o_margin=".02" o_solref=".02 1"><flag override="enable"/></option>'
+KINDS = {
+    "a pair's solref": ("solref", scene(standing(), rest=PAIR.format(more='solref=".001 1"'))),
+    "a direct solref": ("solref", scene(standing(more='solref="-4e6 -10" priority="1"'))),
+    "a pair's margin": ("margin", scene(standing(), rest=PAIR.format(more='margin=".01"'))),
+    "the options' margin": ("margin", scene(standing(), rest=OVERRIDE)),
+    "a motor of a small range": (
+        "weak drive",
+        scene(ARM, rest=MOTOR.format(more='gear="2" ctrlrange="-1 1"')),
+    ),
+    "a servo that sags": ("weak drive", scene(ARM, rest=SERVO.format(more='kp="8" kv="2"'))),
+    "a tendon that is too weak": ("weak drive", scene(ARM, rest=TENDON)),
+    "a slope": ("creep", scene(RAMP)),
+    "two boxes that are not where they are tied": ("not at rest", scene(TIED, rest=TIE)),
+    "a ball that turns in its place": (
+        "not at rest",
+        scene(FLOOR.format(more="") + BALL, rest=SPIN),
+    ),
+}
+QUIET = {
+    "two motors together": scene(ARM, rest=DOUBLE),
+    "a servo whose targets are on one side": scene(
+        ARM, rest=SERVO.format(more='kp="1e3" kv="50" ctrlrange="0 1.5"')
+    ),
+    "gravity compensation": scene(
+        ARM.replace('name="arm"', 'name="arm" gravcomp="1"'),
+        rest=SERVO.format(more='kp="10" kv="1" forcerange="-5 5"'),
+    ),
+    "a margin of half a millimetre": scene(standing(more='margin=".0005"')),
+    "a gap": scene(standing(more='gap=".01"')),
+    "a crate on a slope with elliptic cones": scene(RAMP, option='cone="elliptic" impratio="100"'),
+    "what floats": scene(BALL, option='gravity="0 0 0"'),
+}
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_a_fault_is_named_wherever_it_stands(name):
+    kind, model = KINDS[name]
+    found = em.mujoco.doctor(model)
+    assert kind in [one.kind for one in found.findings], found.findings
+
+
+@pytest.mark.parametrize("name", QUIET)
+def test_what_only_looks_like_a_fault_is_none(name):
+    assert em.mujoco.doctor(QUIET[name]).findings == ()
+
+
+def test_what_fell_before_it_settles_does_not_creep_and_old_warnings_are_no_divergence():
+    model = scene(TIED, rest=TIE)
+    assert {one.kind for one in em.mujoco.doctor(model).findings} == {"not at rest"}
+    model = scene(standing())
+    data = mujoco.MjData(model)
+    data.warning[int(mujoco.mjtWarning.mjWARN_BADQACC)].number = 3
+    assert em.mujoco.doctor(model, data).findings == ()
+
+
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_known_fault_is_named(fault):
     found = em.mujoco.doctor(FAULTS[fault])

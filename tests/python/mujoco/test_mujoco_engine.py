@@ -1,5 +1,6 @@
 import os
 import pickle
+import signal
 
 import known_losses
 import numpy as np
@@ -56,6 +57,21 @@ def cup(**question):
 def test_engine_keeps_the_contract():
     problem = cup(torque=(0.05, 0.05, 0.05))
     em.engines.check(problem.scene.engine, problem)
+
+
+def test_a_problem_is_made_from_a_model_in_one_line():
+    asked = {"objects": "cup", "captured": em.regions.Ball("cup", (0, 0, 0.05), 0.02)}
+    asked |= {"force": (3, 3, 0), "horizon": 0.2}
+    model = model_of(CUP)
+    problem = em.Problem.from_mujoco(model, mujoco.MjData(model), **asked)
+    other = em.mujoco.problem(model, **asked)
+    assert isinstance(problem, em.Problem) and isinstance(problem.scene.engine, em.mujoco.Engine)
+    one, two = (em.capture_probability(p, rollouts=8).exit_times for p in (problem, other))
+    np.testing.assert_array_equal(one, two)
+    with pytest.raises(ValueError, match=r"model is 'cup\.xml', expected a mujoco\.MjModel"):
+        em.Problem.from_mujoco("cup.xml", **asked)
+    with pytest.raises(TypeError, match="captured"):
+        em.Problem.from_mujoco(model, objects="cup", force=(3, 3, 0))
 
 
 def test_rollouts_are_those_of_a_plain_loop_to_the_last_digit():
@@ -230,6 +246,87 @@ def test_engines_are_compared_on_the_same_draws():
     assert above.get_ylim()[1] > 1
 
 
+def test_data_of_another_model_are_refused_wherever_they_are_taken():
+    scene, other = cup().scene, mujoco.MjData(model_of(SOFT))
+    model = scene.engine.model
+    takers = (
+        lambda data: em.mujoco.Engine(model, data, objects="cup"),
+        lambda data: em.mujoco.doctor(model, data),
+        lambda data: em.mujoco.state(scene, model, data),
+        lambda data: em.mujoco.set_state(model, data, scene, scene.pack()),
+    )
+    for take in takers:
+        with pytest.raises(ValueError, match=r"data is of a model with nq = \d+, expected"):
+            take(other)
+        with pytest.raises(ValueError, match=r"data is 3, expected a mujoco\.MjData"):
+            take(3)
+    with pytest.raises(ValueError, match=r"model is 'x\.xml', expected a mujoco\.MjModel"):
+        em.mujoco.doctor("x.xml")
+
+
+def test_engines_of_another_scene_are_not_compared():
+    other = em.mujoco.Engine(model_of(CUP.replace('"cup"', '"mug"')), objects="mug")
+    with pytest.raises(ValueError, match="of another scene: 'cup' is not in both"):
+        em.compare_engines(cup(), ["native", other], rollouts=4)
+
+
+TRAY = """<mujoco><option timestep="0.004"/><worldbody><body name="tray" pos="0 0 .3">
+<joint name="x" type="slide" axis="1 0 0" damping="20"/>
+<joint name="tilt" axis="0 1 0" damping="2"/>
+<geom type="box" size=".15 .15 .01" mass="2"/></body>
+<body name="mug" pos="0 0 .3598"><freejoint/><geom type="cylinder" size=".03 .05" mass=".3"/></body>
+</worldbody><actuator><position name="x" joint="x" kp="400"/>
+<position name="tilt" joint="tilt" kp="300"/></actuator></mujoco>"""
+
+
+def tray(**question):
+    inside = em.regions.Ball("mug", (0, 0, 0.06), 0.03, frame="tray")
+    asked = {"captured": inside, "force": (1.2, 1.2, 0.3), "horizon": 0.4, "check": 0.02}
+    bodies = {"objects": "mug", "effector": "tray"}
+    return em.Problem.from_mujoco(model_of(TRAY), **bodies, **{**asked, **question})
+
+
+def test_an_effector_on_several_joints_goes_to_another_process():
+    engine = tray().scene.engine
+    again = pickle.loads(pickle.dumps(engine))
+    assert again.digest() == engine.digest()
+    assert [body.role for body in again.scene.bodies] == [b.role for b in engine.scene.bodies]
+
+
+def test_what_placements_need_of_an_engine_is_said_before_they_are_asked():
+    scene = tray().scene
+    with pytest.raises(ValueError, match="pushed is 3 with the engine 'mujoco'"):
+        em.placements(scene, "mug", on=["tray"], pushed=3)
+    found = em.placements(scene, "mug", on=["tray"], spacing=0.2, pushed=0, rollouts=4)
+    assert found.complete and len(found.poses)
+
+
+class Interrupted(em.mujoco.Engine):
+    """Ctrl-C comes in its third piece."""
+
+    pieces = 0
+
+    def _control(self, *piece):
+        self.pieces += 1
+        if self.pieces == 3:
+            os.kill(os.getpid(), signal.SIGINT)
+        return super()._control(*piece)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_an_interrupt_ends_a_long_batch_between_two_pieces_of_it(threads):
+    engine = Interrupted(model_of(CUP), objects="cup", threads=threads)
+    rows, pieces = 4, 200
+    steps = 500 * pieces
+    state, memory = (np.tile(row, (rows, 1)) for row in (engine.state, engine.home))
+    pushes = np.broadcast_to(np.zeros(6), (rows, steps, 1, 6))
+    with pytest.raises(KeyboardInterrupt):
+        engine.play(em.engines.Batch(state, memory, pushes, {}, steps, steps))
+    assert engine.pieces < rows * pieces
+    again, _, _ = engine.play(em.engines.Batch(state, memory, pushes[:, :20], {}, 20, 20))
+    assert np.isfinite(again).all()
+
+
 def test_engine_with_a_scene_of_its_own_goes_to_processes():
     scene = em.Scene(step=0.002)
     scene.add_plane("table", friction=0.4)
@@ -340,3 +437,42 @@ def test_a_bowl_of_libero_is_asked_in_mujoco():
     assert em.capture_probability(problem, rollouts=20).captured == 1.0
     (push,) = em.critical_values(problem, {"push": (0.1, 10)}, draws=20, probability=0.5)
     assert push.side == "below" and 0.2 < push.value < 10
+
+
+CARRIED = """<mujoco><option timestep="0.002" gravity="0 0 0"/><worldbody>
+<body name="hand" mocap="true" pos=".3 .2 .3"><geom type="sphere" size=".02" contype="0"/>
+<body name="drawer" pos=".1 0 0"><joint name="way" type="slide" axis="1 0 0"/>
+<geom type="box" size=".05 .05 .05" mass=".5"/>
+<body name="flap" pos=".1 0 0"><joint name="flap" axis="0 0 1"/>
+<geom type="box" pos=".05 0 0" size=".05 .02 .05" mass=".1"/></body></body></body>
+<body name="ball" pos="1 0 .5"><freejoint/>
+<geom type="box" pos=".02 0 0" size=".05 .04 .03" mass=".5"/></body>
+</worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize("body", ["drawer", "flap", "ball"])
+def test_works_and_states_are_those_of_a_plain_loop_whatever_carries_the_body(body):
+    """A hand that is turned by 90 degrees carries a drawer with a flap."""
+    model = model_of(CARRIED)
+    data = mujoco.MjData(model)
+    data.mocap_quat[0] = np.sqrt([0.5, 0, 0, 0.5])
+    mujoco.mj_forward(model, data)
+    engine = em.mujoco.Engine(model, data, objects=body, effector="hand")
+    push = np.array([0.3, 1.0, -0.2, 0.01, 0.02, 0.05])
+    pushes = np.tile(push, (1, 50, 1, 1))
+    rows = engine.state[None], engine.home[None], pushes
+    states, _, work = engine.play(em.engines.Batch(*rows, {}, 50, 50))
+    here, number, done = np.empty(6), model.body(body).id, []
+    for _ in range(51):
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_comVel(model, data)
+        mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_BODY, number, here, 0)
+        done.append(push @ np.roll(here, 3))
+        state = em.mujoco.state(engine.scene, model, data)
+        data.xfrc_applied[number] = push
+        mujoco.mj_step(model, data)
+    np.testing.assert_array_equal(states[0, -1], state)
+    mean = 0.002 * (np.array(done[1:]) + done[:-1]) / 2
+    np.testing.assert_allclose(work[0, :, 0], mean, rtol=1e-12, atol=1e-15)
+    assert abs(mean).max() > 1e-5

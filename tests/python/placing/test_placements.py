@@ -5,6 +5,7 @@ import csv
 import numpy as np
 import pytest
 from command_line import run_here
+from scipy.spatial.transform import Rotation
 
 import energymargin as em
 
@@ -33,6 +34,13 @@ def test_the_middle_is_better_than_the_edge_and_beyond_it_nothing_stays():
     scores = {one.name: one.score for one in found}
     assert scores["middle"] == 1.0 and scores["beyond"] == 0.0 < scores["edge"] < 1.0
     assert found.pose[:3, 3].tolist() == [0, 0, 0.56]
+
+
+def test_a_pose_in_the_air_is_warned_of_with_what_is_nearest():
+    few = {"rollouts": 2, "pushed": 0}
+    words = r"1 of 2 poses are in the air, as 'high', 0.05 m from 'board'"
+    with pytest.warns(em.PlausibilityWarning, match=words):
+        em.placements(board_and_cup(), "cup", {"high": at(0, 0, 0.61), "right": at(0, 0)}, **few)
 
 
 def test_the_error_of_a_pose_counts_at_the_edge():
@@ -173,6 +181,20 @@ def test_the_command_ranks_poses_of_a_table_and_a_grid(tmp_path):
     assert done.returncode == 2 and "--pose is 9" in done.stderr
 
 
+def test_the_command_sets_it_down_with_a_hand(tmp_path):
+    trimesh.creation.box(CUP).export(tmp_path / "cup.obj")
+    trimesh.creation.box(BOARD).export(tmp_path / "board.obj")
+    head = "name,x,y,z,qx,qy,qz,qw\n"
+    (tmp_path / "poses.csv").write_text(head + "middle,0,0,.06,0,0,0,1\n")
+    (tmp_path / "grasps.csv").write_text(head + "above,0,0,.03,1,0,0,0\n")
+    mesh = ["poses.csv", "--object", "cup.obj", "--mass", 0.3, "--friction", 0.8, "--rollouts", 5]
+    words = ["placements", *mesh, "--on", "board.obj", "--pushed", 0, "--hand", "panda"]
+    done = run_here(*words, "--grasp", "grasps.csv", cwd=tmp_path)
+    assert done.returncode == 0 and "| middle | 1.00 |" in done.stdout, done.stderr
+    done = run_here(*words, cwd=tmp_path)
+    assert done.returncode == 2 and "--grasp is not given" in done.stderr
+
+
 def between_pads(**changes):
     """The cup from above, between pads along x; the grasp frame is 2 cm below its rim."""
     grasp = np.diag([1.0, -1.0, -1.0, 1.0])
@@ -239,3 +261,17 @@ def test_a_support_that_moves_on_takes_the_cup_along_up_to_its_limit():
     ):
         wrench = em.Plan(0.5, wrenches={"cup": [[0, 0, 0, 0, 0, 0]]})
         em.placements(scene, "cup", [at(0, 0)], plan=wrench)
+
+
+@pytest.mark.parametrize(("degrees", "stays"), [(15, 1.0), (25, 0.0)])
+def test_on_a_support_that_leans_it_is_put_along_it_and_slides_beyond_friction(degrees, stays):
+    scene = em.Scene()
+    turn = Rotation.from_euler("y", degrees, degrees=True)
+    desk = {"mass": 0.0, "friction": 0.6, "orientation": turn.as_quat()}  # atan(0.36) is 20 degrees
+    scene.add_body("desk", em.Box((0.4, 0.4, 0.02)), **desk)
+    scene.add_body("book", em.Box((0.1, 0.06, 0.04)), mass=0.5, friction=0.6, role="object")
+    options = {"spacing": 0.15, "rollouts": 10, "pushed": 0, "knock": 0.0}
+    found = em.placements(scene, "book", on=["desk"], **options)
+    assert len(found) == 9 and {one.score for one in found} == {stays}
+    there = turn.inv().apply([pose[:3, 3] for pose in found.poses.values()])
+    assert there[:, 2] == pytest.approx(0.03, abs=2e-4)  # half of both

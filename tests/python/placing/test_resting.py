@@ -54,16 +54,26 @@ def test_the_probability_of_a_face_of_a_box_is_its_solid_angle():
 
 
 @pytest.mark.parametrize(
-    ("shape", "ways"),
+    ("shape", "ways", "stands"),
     [
-        (em.Box((1.0, 1.0, 0.05)), 2),  # stands on an edge for a breath
-        (em.Box((0.1, 0.1, 1.0)), 4),
-        (em.Cylinder(0.05, 0.01), 2),
+        (em.Box((1.0, 1.0, 0.04)), 2, 0),  # on an edge for a breath
+        (em.Box((1.0, 1.0, 0.06)), 2, 4),
+        (em.Box((0.1, 0.1, 1.0)), 4, 2),
+        (em.Cylinder(0.05, 0.01), 2, 1),
+        (em.Cylinder(0.05, 0.002), 2, 0),
     ],
 )
-def test_a_pose_that_is_none_goes_to_all_alike_beside_it(shape, ways):
+def test_what_comes_to_a_slender_pose_goes_on_to_all_alike_beside_it(shape, ways, stands):
     found = em.resting_poses(shape)
-    assert [one.probability for one in found] == pytest.approx([1 / ways] * ways)
+    expected = [1 / ways] * ways + [0] * stands
+    assert [one.probability for one in found] == pytest.approx(expected)
+
+
+def test_a_slender_pose_has_its_work_and_its_tilt():
+    w, h = 0.1, 1.0
+    stands = em.resting_poses(em.Box((w, w, h)), mass=1.0)[-1]
+    assert stands.least_work == pytest.approx(G * (np.hypot(w / 2, h / 2) - h / 2))
+    assert stands.largest_tilt == pytest.approx(np.arctan(w / h))
 
 
 def test_a_centre_of_mass_outside_of_the_hull_is_refused():

@@ -297,8 +297,10 @@ def test_the_interval_does_not_shrink_when_every_state_counts_ten_times():
 
 
 def test_a_single_trajectory_has_no_interval():
-    cell = evaluate(labelled([0, 0], [1, 0], capture=[1, 2]), frames=[0]).states["capture"][0]
+    found = evaluate(labelled([0, 0], [1, 0], capture=[1, 2]), frames=[0])
+    cell = found.states["capture"][0]
     assert cell.auc_interval is None and cell.intervals() == ("—", "—")
+    assert "Intervals take more trajectories than these: there are none." in found.caption
 
 
 def test_the_csv_file_holds_every_number_in_full():

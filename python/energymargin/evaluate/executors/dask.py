@@ -134,8 +134,15 @@ def _connected(scheduler: str | Client) -> Any:  # a Client, whose types say tha
         from distributed import Client
     if isinstance(scheduler, Client):
         return scheduler
+    client = Client.__new__(Client)
     try:
-        return Client(scheduler, timeout=CONNECT, set_as_default=False, name="energymargin")
+        Client.__init__(
+            client, scheduler, timeout=CONNECT, set_as_default=False, name="energymargin"
+        )
+        return client
+    except KeyboardInterrupt:  # left to itself, its end may wait forever for that of another one
+        client.close(timeout=CLOSE)
+        raise
     except (OSError, asyncio.TimeoutError) as error:
         raise ConnectionError(
             f"no Dask scheduler answers at {scheduler} within {CONNECT:g} s; start one with "

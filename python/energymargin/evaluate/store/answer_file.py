@@ -16,6 +16,7 @@ from energymargin.base.locks import Lock
 from energymargin.evaluate.searches import algorithm
 from energymargin.evaluate.store import schema
 
+HDF5 = b"\x89HDF\r\n\x1a\n"  # as such files begin
 WAIT = 10.0  # s; how long another program may hold the file
 CACHE = 8192  # KiB of the file in memory; with 65536 a transaction takes longer, not less
 CHECKED = 2**28  # bytes; beyond, a check of the whole file takes longer than people would wait
@@ -199,9 +200,7 @@ class AnswerFile(Closing):
             return PermissionError(errno.EACCES, f"{text}; {advice}", path)
         if "disk I/O" in text:
             return OSError(errno.EIO, text, path)
-        return ValueError(
-            f"{path} is not a file of scores, or damaged: {text}; give another name, or remove it"
-        )
+        return ValueError(f"{path} is not a file of scores{_why(self.path, text)}")
 
     def _check_format(self) -> None:
         if self.value("PRAGMA application_id") != schema.APPLICATION_ID:
@@ -244,3 +243,14 @@ def _identity(path: Path) -> tuple[int, int] | None:
         status = path.stat()
         return status.st_dev, status.st_ino
     return None
+
+
+def _why(path: Path, text: str) -> str:
+    """What a file is that SQLite does not read, and what to do."""
+    with path.open("rb") as file:
+        if file.read(len(HDF5)) == HDF5:
+            way = f"whose scores `energymargin score {path}` makes"
+            return f": it is an HDF5 file, as a dataset is, {way}"
+    if "not a database" in text:
+        return f": {text}; give another name"
+    return f", or damaged: {text}; give another name, or remove it"

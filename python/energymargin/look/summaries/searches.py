@@ -190,7 +190,7 @@ def scene(made: _core.Scene) -> Summary:
 def scene_report(report: SceneReport) -> Summary:
     """What became of the files of a scene, a row each."""
     notes = [] if report else ["Nothing was left out, left loose, or stated."]
-    return Summary("Report of a scene", report, ("what", "name", ""), notes)
+    return Summary("Report of a scene", [row[:3] for row in report], ("what", "name", ""), notes)
 
 
 def _vector(values: Iterable[float], unit: str) -> str:

@@ -29,6 +29,8 @@ class ReportRow(NamedTuple):
     """Of an element of the file, a joint, a body, or two bodies."""
     value: str = ""
     """How many, how much, or how."""
+    place: tuple[str, tuple[float, ...]] | None = None
+    """Of a frame: the body that it is part of, and its pose there, x, y, z [m] and a quaternion."""
 
 
 class SceneReport(tuple[ReportRow, ...]):

@@ -214,7 +214,12 @@ def _rows(robot: Robot, prefix: str) -> list[ReportRow]:
     return [
         *(ReportRow(reports.LEFT_OUT, name, str(count)) for name, count in robot.left_out.items()),
         *(
-            ReportRow(reports.FRAME, prefix + name, f"{prefix}{of} at {_rounded(at)} m")
+            ReportRow(
+                reports.FRAME,
+                prefix + name,
+                f"{prefix}{of} at {_rounded(at)} m",
+                (prefix + of, (*at[:3, 3].tolist(), *place(at)["orientation"].tolist())),
+            )
             for name, (of, at) in robot.merged.items()
         ),
         *(ReportRow(reports.STATED, prefix + name, value) for name, value in robot.stated.items()),

@@ -96,7 +96,7 @@ class Recorded(Sequence[Trajectory]):
         ValueError if it is damaged."""
         path.open("rb").close()  # h5py's own words for a file that cannot be read are long
         if not h5py.is_hdf5(path):
-            raise FileError(f"{path} is not a dataset: it is not an HDF5 file")
+            raise FileError(f"{path} is not a dataset: it is not an HDF5 file{_way(path)}")
         with reading(path):
             self.path, self._file = path, h5py.File(path, "r")
             try:
@@ -198,6 +198,15 @@ def _check_columns(file: h5py.File, ends: dict[str, NDArray[np.int64]]) -> None:
                 f"{name} has shape {column.shape} of {column.dtype}, "
                 f"expected {(expected,)} of {kind}"
             )
+
+
+def _way(path: Path) -> str:
+    """What makes a dataset of another file."""
+    if path.suffix == ".json":
+        return "; a problem is asked with `energymargin rank`, `limits` or `view`"
+    if path.suffix in (".csv", ".mcap", ".db3", ".bag"):
+        return f"; `energymargin import {path} --problem PROBLEM.json` makes one of a recording"
+    return ""
 
 
 def _check_format(path: Path, file: h5py.File) -> None:

@@ -198,6 +198,9 @@ class Evaluation(Record, Summarized):
             f"{which}: captured over the next h frames; {whole}.",
             self.counted,
         ]
+        cells = [cell for row in self.states.values() for cell in row.values() if cell is not None]
+        if cells and all(cell.auc_interval is None for cell in cells):
+            sentences.append("Intervals take more trajectories than these: there are none.")
         if self.trajectories:
             sentences.append(
                 f"Success: the last {self.last} frames of a trajectory, whose success has no "
