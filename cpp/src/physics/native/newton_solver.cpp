@@ -10,6 +10,13 @@ namespace {
 constexpr double enough = 0.5;
 constexpr int patience = 8;
 
+// Islands of more movers seldom end after more iterations than these. Then softer contacts come next, with as many as
+// there may be in all.
+constexpr std::size_t many = 8;
+constexpr int most_of_many = 40;
+
+constexpr double first_level = 0.5;  // of the softness of contacts, where nothing else ends
+
 constexpr double most_harder = 100.0;  // a contact is made, under a load
 
 }  // namespace
@@ -33,8 +40,7 @@ bool NewtonSolver::solve(int iterations, double tolerance, bool again) {
     }
     const bool solved = solve_island(island, iterations, tolerance);
     converged = converged && solved;
-    for (const std::size_t k : island.contacts) contacts_[k].impulse = contacts_[k].response.impulse;
-    for (const std::size_t k : island.limited) limited_[k].impulse = limited_[k].impulse_of_miss();
+    keep_impulses(island);
     if (error(island) <= tolerance) balance(island);  // what is left of an error would be blown up
   }
   return converged;
@@ -70,13 +76,18 @@ bool NewtonSolver::harden(const Island& island) {
 // Of several solutions that one is taken which goes on from the state: where something that was squeezed has let go,
 // the step is solved once more from friction that holds it.
 bool NewtonSolver::solve_island(const Island& island, int iterations, double tolerance) {
-  int left = iterations;
+  const bool softens = island.movers.size() > many && iterations > most_of_many;
+  const int tried = softens ? most_of_many : iterations, softer = softens ? iterations : 0;
+  int left = tried;
+  soft_left_ = softer;
   copy(island, velocities_, start_);
   const double error = coulomb_error(island, false);
   for (const std::size_t k : island.contacts) contacts_[k].first_miss = contacts_[k].miss[normal_row];
   bool converged = iterate(island, left, tolerance, error, false);
+  left += iterations - tried;
   if (converged) find_gone(island);
-  if (converged && were_squeezed()) {
+  if (converged && soft_left_ == softer && were_squeezed()) {
+    soft_left_ = 0;
     const std::size_t gone = gone_.size();
     copy(island, velocities_, found_);
     copy(island, start_, velocities_);
@@ -91,8 +102,14 @@ bool NewtonSolver::solve_island(const Island& island, int iterations, double tol
       copy(island, found_, velocities_);
       coulomb_error(island, false);
     }
+    soft_left_ = softer;
   }
-  if (converged && harden(island)) converged = iterate(island, left, tolerance, coulomb_error(island, false), false);
+  if (converged && harden(island)) {
+    const bool was_softer = soft_left_ < softer;
+    soft_left_ = softer;
+    converged = was_softer ? find_gradually(island, 0.0, tolerance)
+                           : iterate(island, left, tolerance, coulomb_error(island, false), false);
+  }
   iterations_ += iterations - left;
   return converged;
 }
@@ -122,6 +139,10 @@ bool NewtonSolver::iterate(const Island& island, int& left, double tolerance, do
     if (left > 0) --left;  // a round counts, also one that finds no direction
     error = bounded_error(island, left, tolerance);
     if (left > 0 || error <= tolerance) continue;
+    if (soft_left_ > 0) {
+      tresca_error(island);
+      if (find_gradually(island, first_level, tolerance)) return true;
+    }
     int more = patience;
     minimize(island, more, tolerance);
     return false;

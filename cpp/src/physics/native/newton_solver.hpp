@@ -13,7 +13,8 @@ namespace energymargin {
 
 //! Finds velocities v at which the residual r(v) = A (v - v_free) - sum of J' lambda(target - J v) is zero, island by
 //! island: v becomes v - H^-1 r, with H = A + sum of J' (d lambda / d miss) J. Where that brings the error down by too
-//! little, friction with fixed bounds tells it where to start. docs/engineering/contact.md#the-solver has the steps.
+//! little, friction with fixed bounds tells it where to start; where that does not help, contacts that harden gradually
+//! do. docs/engineering/contact.md#the-solver has the steps.
 class NewtonSolver : public VelocitySystem {
  public:
   NewtonSolver() = default;
@@ -37,6 +38,11 @@ class NewtonSolver : public VelocitySystem {
   int iterations() const { return iterations_; }
 
  private:
+  struct HardRows {
+    std::vector<ContactRows> contacts;
+    std::vector<LimitedRow> limited;
+  };
+
   bool solve_island(const Island& island, int iterations, double tolerance);
   bool iterate(const Island& island, int& left, double tolerance, double error, bool bounded);
   double bounded_error(const Island& island, int& left, double tolerance);
@@ -55,6 +61,11 @@ class NewtonSolver : public VelocitySystem {
   double error(const Island& island) const;
   void copy(const Island& island, const std::vector<double>& from, std::vector<double>& to) const;
   bool harden(const Island& island);
+  void soften(const Island& island, const HardRows& hard, double level);
+  double descend(const Island& island, int most, double tolerance);
+  bool find_gradually(const Island& island, double level, double tolerance);
+  bool harden_gradually(const Island& island, double level, double tolerance);
+  void keep_impulses(const Island& island);
   void keep_directions(const Island& island);
   bool find_direction(const Island& island);
   void assemble(const Island& island);
@@ -74,6 +85,7 @@ class NewtonSolver : public VelocitySystem {
   std::vector<std::size_t> gone_;                                                // contacts
   bool stopped_ = false;  // whether something was taken to stick as it would have turned round
   int iterations_ = 0;
+  int soft_left_ = 0;  // iterations that an island has left from softer rows on
 };
 
 }  // namespace energymargin
