@@ -91,7 +91,7 @@ def stack_robustness(
     radius: float = 0.02,
     angle: float = 0.35,
     knock: float = 0.0,
-    horizon: float = 1.0,
+    horizon: float = 2.0,
     probability: float = 0.95,
     seed: int = 0,
     threads: int | None = None,
@@ -114,7 +114,8 @@ def stack_robustness(
         radius: within which, along each axis, the centre of mass of each object stays [m].
         angle: by which it may lean [rad].
         knock: random forces on the objects meanwhile, as a share of their mean weight.
-        horizon: for how long the support leans or accelerates [s].
+        horizon: for how long the support leans or accelerates [s]. What slides may go beyond its
+            friction by 2 radius / horizon^2 until then.
         probability: with which all objects stay, up to the critical value.
         seed: of the knocks.
         threads: None takes all cores. Nothing depends on them.

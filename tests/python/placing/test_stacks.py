@@ -135,3 +135,15 @@ def test_a_tray_that_is_carried_may_be_so_much_faster():
     assert found.speed.side == "below" and found.complete
     assert found.speed.value == pytest.approx(speed, rel=0.03)
     assert "times as fast" in found.to_markdown()
+
+
+@pytest.mark.parametrize("mu", [0.05, 0.2])
+def test_a_slippery_box_slides_as_soon_as_its_friction_is_overcome(mu):
+    scene = em.Scene()
+    scene.add_plane("ground", friction=1.0)
+    box = {"mass": 1.0, "position": (0, 0, 0.025), "friction": mu}
+    scene.add_body("box", em.Box((0.1, 0.1, 0.05)), role="object", **box)
+    found = em.stack_robustness(scene, bodies=[])
+    late = 2 * 0.02 / 2.0**2  # until it has left its place
+    assert found.acceleration.value == pytest.approx(mu * G + late, rel=0.01)
+    assert found.tilt.value == pytest.approx(np.arctan(mu) + late / G, abs=np.deg2rad(0.1))
