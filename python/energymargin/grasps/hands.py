@@ -300,8 +300,8 @@ class HandFile(Hand):
         places = scenes.body_poses(scene, scene.pack())
         links = {name: pose("frame", (*at, *turn)) for name, (at, turn) in places.items()}
         for row in scene.report:
-            if row.place is not None:
-                links[row.name] = links[row.place[0]] @ pose("frame", row.place[1])
+            if place := getattr(row, "place", None):  # of a frame that is no body
+                links[row.name] = links[place[0]] @ pose("frame", place[1])
         if self._link not in links:
             raise ValueError(
                 f"frame is {self._link!r}, expected a link of {self.path}, one of "

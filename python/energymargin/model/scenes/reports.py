@@ -29,8 +29,20 @@ class ReportRow(NamedTuple):
     """Of an element of the file, a joint, a body, or two bodies."""
     value: str = ""
     """How many, how much, or how."""
-    place: tuple[str, tuple[float, ...]] | None = None
-    """Of a frame: the body that it is part of, and its pose there, x, y, z [m] and a quaternion."""
+
+
+class FrameRow(ReportRow):
+    """A frame that is part of a body."""
+
+    place: tuple[str, tuple[float, ...]]
+    """The body, and the pose there: x, y, z [m] and a quaternion x, y, z, w."""
+
+    @classmethod
+    def of(cls, name: str, value: str, place: tuple[str, tuple[float, ...]]) -> FrameRow:
+        """A row as others, with the place."""
+        row = cls(FRAME, name, value)
+        row.place = place
+        return row
 
 
 class SceneReport(tuple[ReportRow, ...]):

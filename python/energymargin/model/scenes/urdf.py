@@ -214,8 +214,7 @@ def _rows(robot: Robot, prefix: str) -> list[ReportRow]:
     return [
         *(ReportRow(reports.LEFT_OUT, name, str(count)) for name, count in robot.left_out.items()),
         *(
-            ReportRow(
-                reports.FRAME,
+            reports.FrameRow.of(
                 prefix + name,
                 f"{prefix}{of} at {_rounded(at)} m",
                 (prefix + of, (*at[:3, 3].tolist(), *place(at)["orientation"].tolist())),
