@@ -17,7 +17,7 @@ constexpr double soft_share = 0.1;
 // Levels: 1 is that softness, 0 the rows' own, and between them it goes as a power. Rows become harder by so much at
 // first, and at least; where Newton's method does not end they become softer again.
 constexpr double softest_level = 1.0, first_descent = 0.25, least_descent = 0.05, shorter = 0.7;
-constexpr double ascent = 0.4, highest = 1.5;
+constexpr double ascent = 0.4, highest_level = 1.5;
 
 // Iterations at a level, and at the first one. The error that is enough for the next level.
 constexpr int most_at_level = 6, most_at_first = 20;
@@ -105,7 +105,7 @@ bool NewtonSolver::harden_gradually(const Island& island, double level, double t
       copy(island, velocities_, last);
       level = level < descent + least_descent ? 0.0 : level - descent;
     } else {
-      level = std::min(highest, level + ascent);
+      level = std::min(highest_level, level + ascent);
       descent = std::max(least_descent, shorter * descent);
       --soft_left_;  // also where no direction is found
     }
