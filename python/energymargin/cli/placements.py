@@ -28,7 +28,7 @@ GRID = panel("The grid, without a file of poses")
 
 @panel("A hand that sets it down", "*")
 @dataclass(frozen=True)
-class Setting:
+class Release:
     """Arguments of `em.placements`."""
 
     hand: str | None = None
@@ -90,7 +90,7 @@ def placements(
     output: Outputs = None,
     overwrite: bool = False,
     thing: Thing = Thing(),
-    setting: Setting = Setting(),
+    release: Release = Release(),
     trials: Trials = Trials(),
     where: Where = Where(),
 ) -> None:
@@ -129,7 +129,7 @@ def placements(
 
         if any(path.suffix in PICTURES for path in output or ()):
             import energymargin.plots  # noqa: F401  says what is missing before it is computed
-    sampling, held = chosen_sampling(belief, None), setting.chosen()
+    sampling, held = chosen_sampling(belief, None), release.chosen()
     with arguments_as_options(OF_OBJECT):
         object = GraspObject.of(None, **given(thing))
     scene = _scene(object, on, on_friction, on_scale, pose)

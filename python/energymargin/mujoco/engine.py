@@ -16,14 +16,13 @@ from numpy.typing import NDArray
 
 import energymargin as em
 from energymargin.base.checks import check_type, core_count
-from energymargin.mujoco.reading import Columns, Reader
+from energymargin.mujoco.reading import INTEGRATION, Columns, Reader
 from energymargin.mujoco.scene_of import scene_of
 from energymargin.mujoco.states import States, require_data
 from energymargin.mujoco.variation import values_of, varied_model
 
 Numbers = NDArray[np.float64]
 
-INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION.value
 USER = mujoco.mjtState.mjSTATE_USER.value
 PIECE = 500  # steps, after which a rollout sees that it is interrupted
 LOOK = 0.02  # s, between two looks for an interrupt

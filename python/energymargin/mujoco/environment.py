@@ -10,13 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 import energymargin as em
-from energymargin.mujoco.reading import Columns, Reader
+from energymargin.mujoco.reading import INTEGRATION, Columns, Reader
 from energymargin.mujoco.scene_of import scene_of
 from energymargin.mujoco.states import States
 
 Numbers = NDArray[np.float64]
-
-INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION.value
 
 
 class Inside:

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import energymargin as em
-from energymargin.mujoco.engine import INTEGRATION, Engine
+from energymargin.mujoco.engine import Engine
+from energymargin.mujoco.reading import INTEGRATION
 from energymargin.mujoco.states import States, servos
 
 Vector = NDArray[np.float64]
