@@ -66,7 +66,8 @@ def demo(
     settings, executor = replace(SEARCH, **given), Where(threads=threads).executor()
     say(
         f"{trajectories} pushes, each state of which is scored, and six grips of a mallet. With 6 "
-        "pushes and 8 trials a grip this takes some 20 s on two cores, with 50 and 30 a minute."
+        "pushes and 8 trials a grip this takes some 20 s on two cores, with 50 and 30 a minute, "
+        "and two with 100 nodes in place of 30."
     )
     path = output / f"{TASK}.h5"
     if not _is_there(path, trajectories, settings.seed):
