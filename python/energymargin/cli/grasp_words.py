@@ -170,11 +170,11 @@ def chosen_protocol(text: str) -> Protocol:
     return _with("--protocol", Protocol, given, _preset("--protocol", given, PROTOCOLS))
 
 
-def chosen_belief(text: str | None) -> GraspBelief | None:
-    """The belief of --belief; distributions are those of an Uncertainty in JSON. Raises ValueError
-    on what is none."""
-    if text is None:
-        return None
+def chosen_belief(text: str | None) -> GraspBelief | str | None:
+    """The belief of --belief, or its name; distributions are those of an Uncertainty in JSON.
+    Raises ValueError on what is none."""
+    if text is None or text == "lab":
+        return text
     from energymargin.beliefs import Uncertainty
     from energymargin.grasps import GraspBelief
 

@@ -84,8 +84,8 @@ def grasps(
             "panda", "force": 20}', '{"opening": 0.1, "pad": [0.02, 0.03]}'.
         protocol: What is done once the hand has closed: hold, lift, shake, graspa, acronym, or JSON
             or a file of it: '{"preset": "lift", "radius": 0.03}'.
-        belief: What is not known exactly, as JSON or a file of it: pose (3 errors in m, 3 in rad),
-            friction, mass, force.
+        belief: What is not known exactly: lab, what a laboratory knows that has measured nothing,
+            or JSON or a file of it: pose (3 errors in m, 3 in rad), friction, mass, force.
         strength: Of the random forces, 1: up to half the object's weight along each axis; 0: none.
         baselines: Also what is commonly computed in place of a simulation, as Ferrari-Canny
             epsilon: columns of .csv and --write, and their AUC where there are labels.

@@ -80,6 +80,9 @@ class Protocol:
         gravity: acts "always", from when the hand has "closed" on, or "never". None: "always" with
             a table, where nothing else can be, and else "closed".
         table: a table stands under the object, and is in the way of the hand.
+        approach: how far back along its approach the open hand starts [m]. It comes at .1 m/s, and
+            pushes what it meets; one that presses with more than 40 N for longer than 10 ms has
+            collided. 0: it starts where the grasp says. Needs a table.
         settle: how long the hand may take to come to rest after it has closed [s].
         force, torque: the largest disturbance along and about each axis, as multiples of the
             object's weight, and of its weight times 1 cm; in "never", of the weight it would have.
@@ -95,6 +98,7 @@ class Protocol:
     dwell: float = 0.05
     gravity: str | None = None
     table: bool = False
+    approach: float = 0.0
     settle: float = 0.15
     force: float = 0.5
     torque: float = 0.5
@@ -114,8 +118,13 @@ class Protocol:
             raise ValueError(f"gravity is {self.gravity!r}, expected 'always' with a table")
         for name in ("radius", "duration"):
             positive_number(name, getattr(self, name))
-        for name in ("dwell", "settle", "force", "torque"):
+        for name in ("approach", "dwell", "settle", "force", "torque"):
             not_negative_number(name, getattr(self, name))
+        if self.approach and not self.table:
+            raise ValueError(
+                f"approach is {self.approach:g} m, expected 0 without a table: what it met would "
+                "fly off; table=True, or the preset 'lift'"
+            )
         if self.angle is not None:
             positive_number("angle", self.angle)
 
@@ -152,7 +161,8 @@ class Protocol:
     @property
     def text(self) -> dict[str, Any]:
         """All of it, as JSON."""
-        return asdict(self)
+        unused = set() if self.approach else {"approach"}
+        return {name: value for name, value in asdict(self).items() if name not in unused}
 
 
 HOLD = Protocol([Motion("hold", 1.0)])

@@ -39,7 +39,7 @@ def score(
     object: GraspObject,
     protocol: Protocol | str = "hold",
     *,
-    belief: GraspBelief | None = None,
+    belief: GraspBelief | str | None = None,
     disturbance: Disturbance | None = None,
     rollouts: int = ROLLOUTS,
     colliding: str = "lost",
@@ -64,7 +64,8 @@ def score(
         hand: a gripper by numbers, a hand of a file, or a preset: "panda" or "robotiq_2f85".
         object: what is gripped.
         protocol: what is done with it, or a preset: "hold", "lift", "shake", "graspa" or "acronym".
-        belief: what is not known; None: everything is.
+        belief: what is not known; "lab": as `GraspBelief.lab` of this hand and object; None:
+            everything is known.
         disturbance: of em.disturbances, within the protocol's bounds; None: Uniform().
         rollouts: trials of each grasp.
         colliding: what is done with a draw that puts the hand into the object or the table: "lost"
@@ -129,7 +130,7 @@ def trials_of(
     object: GraspObject,
     protocol: Protocol | str,
     *,
-    belief: GraspBelief | None = None,
+    belief: GraspBelief | str | None = None,
     disturbance: Disturbance | None = None,
     colliding: str = "lost",
     seed: int = 0,
@@ -138,11 +139,17 @@ def trials_of(
     """What all trials have in common; raises ValueError on bad arguments."""
     check_type("grasps", grasps, GraspSet, "an em.grasps.GraspSet, as of em.grasps.read(path)")
     check_type("object", object, GraspObject, "an em.grasps.GraspObject")
+    hand = preset(hand) if isinstance(hand, str) else hand
+    check_type("hand", hand, Hand, "a hand of em.grasps or the name of a preset")
+    if isinstance(belief, str):
+        one_of("belief", belief, ("lab",))
+        known = {"friction": object.friction, "mass": object.mass, "force": hand.force}
+        belief = GraspBelief.lab(**known)
     belief = GraspBelief() if belief is None else belief
-    check_type("belief", belief, GraspBelief, "an em.grasps.GraspBelief")
+    check_type("belief", belief, GraspBelief, "an em.grasps.GraspBelief, or 'lab'")
     one_of("colliding", colliding, COLLIDING)
     trials = GraspTrials(
-        preset(hand) if isinstance(hand, str) else hand,
+        hand,
         object,
         protocol_of(protocol),
         belief,

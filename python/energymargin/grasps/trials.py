@@ -26,7 +26,6 @@ from energymargin import (
     capture_probability,
     regions,
 )
-from energymargin.base.checks import check_type
 from energymargin.base.plausibility import kept_warnings
 from energymargin.disturbances import Disturbance, Uniform
 from energymargin.grasps.belief import GraspBelief, GraspDraw
@@ -36,6 +35,7 @@ from energymargin.grasps.grasp_set import GraspSet
 from energymargin.grasps.hands import Fitted, Hand
 from energymargin.grasps.outcomes import NO_GRIP, Closed, Grasp, HandStart, Outcome, Pose, State
 from energymargin.grasps.protocols import GRAVITY, Protocol
+from energymargin.grasps.starts import above_table, approach_of, hand_force, state_of, stepped_back
 from energymargin.regions import Region
 from energymargin.scenes import pose
 
@@ -45,6 +45,9 @@ DEEP = 1e-3  # m; an overlap that is not one of rounding
 REDRAWS = 20  # poses that are drawn for one trial
 BACK = 2e-3  # m; of each step back along the approach
 FARTHEST_BACK = 0.04  # m
+APPROACH = 0.1  # m/s
+BUMP = 40.0  # N; an arm that meets more on its way stops
+LOOK = 0.01  # s, between two looks at what it meets; an impact is over by the second
 LARGEST = 2.0  # m; what a hand grips
 FAR = 1.5  # sizes of the object
 REACH = 0.1  # m
@@ -161,7 +164,6 @@ class GraspTrials:
 
     def check(self, grasps: GraspSet) -> None:
         """Raises ValueError if numbers do not go together: units, openings, a frame elsewhere."""
-        check_type("hand", self.hand, Hand, "a hand of em.grasps or the name of a preset")
         wide = float(np.nanmax(grasps.openings, initial=0.0))
         self.scene(wide or np.nan, self.draw(-1), gravity=False)
         self.scene(np.nan, self.draw(0), gravity=False)
@@ -191,27 +193,28 @@ class GraspTrials:
         best, deepest, redrawn = placed, np.inf, -1
         for error in islice(errors, REDRAWS if self.colliding == "redraw" else 1):
             redrawn += 1
-            pose = placed @ self._with_error(grasp.pose, error)
-            state = _state(scene, hand, pose, placed)
+            pose = (
+                placed @ self._with_error(grasp.pose, error) @ stepped_back(self.protocol.approach)
+            )
+            state = state_of(scene, hand, pose, placed)
             depth = -clearance(world, hand, state)
             if depth <= deep:
-                return HandStart(_above_table(world, hand, state), redrawn)
+                return HandStart(above_table(world, hand, state), redrawn)
             if depth < deepest:
                 best, deepest = pose, depth
-        back, away = 0.0, np.eye(4)
+        back = 0.0
         while self.colliding != "lost" and back < FARTHEST_BACK:
             back += BACK
-            away[2, 3] = -back
-            state = _state(scene, hand, best @ away, placed)
+            state = state_of(scene, hand, best @ stepped_back(back), placed)
             if -clearance(world, hand, state) <= deep:
-                return HandStart(_above_table(world, hand, state), redrawn, back)
+                return HandStart(above_table(world, hand, state), redrawn, back)
         return HandStart(None, redrawn)
 
     def open_state(self, grasp: Grasp, draw: GraspDraw) -> State:
         """The open hand where the grasp says, whatever is there."""
         scene, hand = self.scene(grasp.opening, draw, gravity=False)
         placed = self._placed(grasp)
-        return _state(scene, hand, placed @ grasp.pose, placed)
+        return state_of(scene, hand, placed @ grasp.pose, placed)
 
     def grip(self, grasp: Grasp, draw: GraspDraw, cancel: Cancel | None = None) -> Closed:
         """The hand after it has closed where a draw of the pose puts it."""
@@ -230,12 +233,18 @@ class GraspTrials:
         """The hand after it has closed."""
         scene, hand = self.scene(opening, draw, gravity=self.protocol.gravity == "always")
         rows = max(2, round(self.hand.closing / self.step))
-        ways = {name: np.linspace(*ends, rows) for name, ends in hand.targets.items()}
-        still = {hand.base: np.zeros((rows, 6))}
-        world = World(scene, Plan(step=self.step, targets=ways, velocities=still))
-        steps = rows + round(self.protocol.settle / self.step)
+        coming = round(self.protocol.approach / APPROACH / self.step)
+        ways = {
+            name: np.r_[np.full(coming, ends[0]), np.linspace(*ends, rows)]
+            for name, ends in hand.targets.items()
+        }
+        moves = np.zeros((coming + rows, 6))
+        moves[:coming, :3] = APPROACH * approach_of(scene, hand, start)
+        world = World(scene, Plan(step=self.step, targets=ways, velocities={hand.base: moves}))
+        steps = coming + rows + round(self.protocol.settle / self.step)
+        looks = range(1, coming + 1, max(1, round(LOOK / self.step)))
         try:
-            done = world.simulate(start, steps=steps, record=[steps], cancel=cancel)
+            done = world.simulate(start, steps=steps, record=[*looks, steps], cancel=cancel)
         except Cancelled:
             raise
         except RuntimeError:  # what a simulation raises once its numbers are not finite
@@ -247,7 +256,10 @@ class GraspTrials:
             if contact.normal_force > 0 and "object" in (contact.body_a, contact.body_b)
             for body in (contact.body_a, contact.body_b)
         }
+        met = [hand_force(contacts, hand) > BUMP for contacts in done.contacts[:-1]]
         ending = self.ending(world, hand, state, pressed)
+        if any(one and other for one, other in pairwise(met)):
+            ending = "collided"
         outcome = Outcome(
             ending, steps=done.steps, unconverged=done.unconverged, lost_time=done.lost_time
         )
@@ -373,25 +385,3 @@ def _ending(time: float, of_place: float) -> str:
     if np.isinf(time):
         return "held"
     return "turned" if of_place > time else "slipped"
-
-
-def _state(scene: Scene, hand: Fitted, grasp: Pose, placed: Pose) -> State:
-    base = grasp @ np.linalg.inv(hand.frame)
-    return scene.pack(**{hand.base: _body(base), "object": _body(placed)}, joints=hand.start)
-
-
-def _above_table(world: World, hand: Fitted, state: State) -> State:
-    """The hand lifted out of the table, in which it is no deeper than DEEP: it would stop there, as
-    the hand's base does not yield."""
-    if not any(body.name == "table" for body in world.scene.bodies):
-        return state
-    depth = -min(world.distance(state, one, "table") for one in hand.bodies)
-    lifted = np.array(state)
-    lifted[world.scene.slice(hand.base)][2] += max(depth, 0.0)
-    return lifted
-
-
-def _body(pose: Pose) -> dict[str, Any]:
-    turned = Rotation.from_matrix(pose[:3, :3]).as_quat()
-    meant = -turned if turned[0] > 0 else turned  # (1, 0, 0, 0) looks like one in another order
-    return {"position": pose[:3, 3], "orientation": meant}

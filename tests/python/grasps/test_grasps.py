@@ -25,6 +25,7 @@ from energymargin.grasps import (
     score,
 )
 from energymargin.grasps.hands import preset
+from energymargin.grasps.protocols import LIFT
 from energymargin.grasps.scores import grasp_of
 from energymargin.grasps.scoring import score_grasps
 from energymargin.grasps.trials import GraspTrials
@@ -628,3 +629,57 @@ def test_a_hand_that_begins_a_little_in_the_table_is_lifted_out_of_it(deep):
     world = em.World(found.trials.scene(np.nan, draw, gravity=False)[0])
     start = found.trials.start(grasp, draw).state
     assert world.distance(start, "left", "table") == pytest.approx(0.0, abs=1e-9)
+
+
+# What is not measured, and the way to a grasp
+
+
+def test_the_lab_s_belief_is_about_the_hand_and_the_object_that_are_asked():
+    heavy = {"friction": 0.6, "mass": 0.9, "force": GRIPPER.force}
+    known = GraspBelief.lab(**heavy)
+    draws = [known.draw(k, 0, **heavy) for k in range(400)]
+    assert 0.3 <= min(one.friction for one in draws) <= max(one.friction for one in draws) <= 0.9
+    assert np.std([one.mass for one in draws]) == pytest.approx(0.09, rel=0.15)
+    assert np.std([one.force for one in draws]) == pytest.approx(2.0, rel=0.15)
+    asked = {"hand": GRIPPER, "object": cube(0.9, 0.6), "rollouts": 40, "disturbance": STILL}
+    named, given = (score(grasps(), belief=belief, **asked) for belief in ("lab", known))
+    assert (named.endings == given.endings).all()
+    borne = [2 * one.friction * one.force > 9.81 * one.mass for one in draws[:40]]
+    assert 0.5 < np.mean(borne) < 0.9
+    assert named.probabilities[0] == pytest.approx(np.mean(borne), abs=0.1)
+    with pytest.raises(ValueError, match=r"belief is 'labs', expected .*lab"):
+        score(grasps(), belief="labs", **asked)
+
+
+@pytest.mark.filterwarnings("ignore::energymargin.PlausibilityWarning")
+@pytest.mark.parametrize(
+    ("side", "ending"),
+    [(0.0, "held"), (0.018, "held"), (0.024, "collided")],
+)
+def test_a_hand_that_comes_down_collides_if_a_finger_lands_on_the_object(side, ending):
+    # 8 cm open about 4 cm: a finger lands on the cube if the hand is more than 2 cm off.
+    coming = replace(LIFT, approach=0.08)
+    found = score(grasps(moved(x=side)), GRIPPER, cube(), coming, disturbance=STILL, rollouts=1)
+    assert found.losses(0) == {ending: 1}
+
+
+@pytest.mark.filterwarnings("ignore::energymargin.PlausibilityWarning")
+def test_a_hand_that_comes_from_the_side_pushes_what_is_in_its_way():
+    # The approach is along x, the fingers open along y: one of them meets the front.
+    pose = np.eye(4)
+    tall = GraspObject(em.Box((SIDE, SIDE, 0.16)), 0.2, 0.5)
+    pose[:3, :3] = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    straight, aside = pose.copy(), pose.copy()
+    aside[1, 3] = 0.025
+    small = replace(GRIPPER, palm=(0.1, 0.04, 0.04))
+    coming = replace(LIFT, approach=0.08)
+    found = score(grasps(straight, aside), small, tall, coming, disturbance=STILL, rollouts=1)
+    assert found.losses(0) == {"held": 1}
+    assert found.losses(1) == {"not gripped": 1}
+    there = score(grasps(aside), small, tall, "lift", disturbance=STILL, rollouts=1)
+    assert there.losses(0) == {"collided": 1}
+
+
+def test_an_approach_needs_a_table():
+    with pytest.raises(ValueError, match=r"approach is 0.1 m, expected 0 without a table"):
+        replace(HOLD, approach=0.1)
