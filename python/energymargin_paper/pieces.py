@@ -44,23 +44,27 @@ class Piece:
         return STUDIES[self.study or self.name]
 
 
+FEW = {"nodes": 50, "continuations": 50}
 PIECES = (
     Piece("tosses", 1.1, data="real"),
-    Piece("grasps-b", 3.5, "grasps", {"parts": ("b",), "rollouts": 8}, "grasps"),
+    Piece("grasps-b", 10, "grasps", {"parts": ("b",), "rollouts": 24}, "grasps"),
     Piece("grasps-c", 4, "grasps", {"parts": ("c",), "every": 20, "rollouts": 4}, "grasps"),
-    Piece("guard", 8.5),
-    Piece("engines", 11),
     Piece("contact", 14, changes={"seed": 1000}),
-    Piece("table2", 17),
-    Piece("policies", 18),
-    Piece("perturbation", 20),
-    Piece("table1", 21, changes={"nodes": 100}),
-    Piece("act", 28),
-    Piece("grasps-a", 29, "grasps", {"parts": ("a",), "draws": 4}, "grasps"),
-    Piece("published", 54, data="published"),
-    Piece("foresight", 68, changes={"fresh": 0, "continuations": 10}),
+    Piece(
+        "foresight", 28, changes={"trajectories": 25, "fresh": 0, "continuations": 6}
+    ),
+    Piece("published", 20, changes={"nodes": 100, "every": 10}, data="published"),
+    Piece("engines", 11),
+    Piece("act", 16, changes={"worlds": 100}),
+    Piece("policies", 11, changes={"worlds": 100, "questions": 150}),
+    Piece("grasps-a", 8, "grasps", {"parts": ("a",), "draws": 2, "grasps": 20}, "grasps"),
+    Piece("table1", 8, changes=FEW),
+    Piece("table1-bullet", 8, "table1", {**FEW, "engine": "bullet"}),
+    Piece("guard", 5, changes={"episodes": 100}),
+    Piece("table2", 8, changes={"nodes": 50}),
+    Piece("perturbation", 6, changes={"nodes": 50, "draws": 3}),
 )
-"""Shortest first."""
+"""By their worth for who decides: the first ones are made first."""
 
 OF_DATA = {piece.study or piece.name for piece in PIECES if piece.data}
 QUICK = tuple(Piece(study, 0.5) for study in STUDIES if study not in OF_DATA)

@@ -66,7 +66,7 @@ def everything(
     quick: bool = False,
     overwrite: bool = False,
 ) -> None:
-    """All pages of results in pieces, shortest first, into one folder with an index page.
+    """All pages of results in pieces, by their worth, into one folder with an index page.
 
     A piece is a study with the settings of its page. Each goes into a folder of its own, with its
     numbers and pictures; index.html and index.md are written again after each. Stop it with Ctrl-C
