@@ -50,9 +50,7 @@ PIECES = (
     Piece("grasps-b", 10, "grasps", {"parts": ("b",), "rollouts": 24}, "grasps"),
     Piece("grasps-c", 4, "grasps", {"parts": ("c",), "every": 20, "rollouts": 4}, "grasps"),
     Piece("contact", 14, changes={"seed": 1000}),
-    Piece(
-        "foresight", 28, changes={"trajectories": 25, "fresh": 0, "continuations": 6}
-    ),
+    Piece("foresight", 28, changes={"trajectories": 25, "fresh": 0, "continuations": 6}),
     Piece("published", 20, changes={"nodes": 100, "every": 10}, data="published"),
     Piece("engines", 11),
     Piece("act", 16, changes={"worlds": 100}),

@@ -23,7 +23,6 @@ from energymargin.base.checks import (
     check_type,
     not_negative_number,
     numbers_of,
-    one_of,
     positive_number,
 )
 from energymargin.base.plausibility import kept_warnings
@@ -75,6 +74,9 @@ class Hand:
         """What it is, as JSON: scores of other hands are others."""
 
 
+SILICONE = Pad()
+
+
 @dataclass(frozen=True)
 class ParallelGripper(Hand):
     """A gripper with two flat fingers that slide towards each other.
@@ -86,7 +88,7 @@ class ParallelGripper(Hand):
         friction: coefficient of the fingers; that of a contact is its product with the object's.
         torsional_friction: of the pads [m], as of `em.Surface`: soft ones resist a turn about the
             line between them.
-        pads: how soft the fingers are, under the force of the grip; None: rigid.
+        pads: how soft the fingers are, under the force of the grip: 2 mm of silicone; None: rigid.
         tip: how far the fingers reach beyond the grasp frame, along the approach [m]; None: half
             the pad's length, so that the frame is midway between the pads.
         finger: length of the fingers, from their tips to the palm [m].
@@ -105,7 +107,7 @@ class ParallelGripper(Hand):
     force: float = 20.0
     friction: float = 1.0
     torsional_friction: float = 0.0
-    pads: Pad | None = None
+    pads: Pad | None = SILICONE
     tip: float | None = None
     finger: float = 0.045
     thickness: float = 0.01
@@ -366,34 +368,3 @@ def _require(name: str, given: Any, there: Sequence[str]) -> None:
     for one in given:
         if one not in there:
             raise ValueError(f"{name} names {one!r}, expected one of {', '.join(there)}")
-
-
-PANDA = ParallelGripper(
-    opening=0.08,
-    pad=(0.02, 0.02),
-    force=40.0,
-    tip=0.0088,
-    finger=0.0463,
-    palm=(0.204, 0.063, 0.092),
-    thickness=0.012,
-)
-ROBOTIQ_2F85 = ParallelGripper(
-    opening=0.085,
-    pad=(0.022, 0.0375),
-    force=60.0,
-    finger=0.07,
-    palm=(0.15, 0.075, 0.09),
-    thickness=0.014,
-)
-PRESETS = {"panda": PANDA, "robotiq_2f85": ROBOTIQ_2F85}
-
-
-def preset(name: str) -> ParallelGripper:
-    """A gripper of PRESETS. Raises ValueError on another name."""
-    if name not in PRESETS and Path(str(name)).suffix in (".urdf", ".xml"):
-        raise ValueError(
-            f"hand is {name!r}, expected one of {', '.join(PRESETS)}, or of a file "
-            f"em.grasps.HandFile({name!r}, close={{'JOINT': (open, closed)}}, fingers=['LINK', "
-            "'LINK'], frame='LINK')"
-        )
-    return PRESETS[one_of("hand", name, tuple(PRESETS))]

@@ -22,8 +22,9 @@ from energymargin.executors import Executor, ask
 from energymargin.grasps.belief import GraspBelief
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet
-from energymargin.grasps.hands import Hand, preset
+from energymargin.grasps.hands import Hand
 from energymargin.grasps.outcomes import ENDINGS, Grasp
+from energymargin.grasps.presets import preset
 from energymargin.grasps.protocols import Protocol, protocol_of
 from energymargin.grasps.rows import GraspRow, KeptRows
 from energymargin.grasps.scores import GraspScores, grasp_of

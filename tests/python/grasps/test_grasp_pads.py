@@ -11,7 +11,7 @@ from urdf_files import BOX, INERTIAL, built, chain, joint, link
 import energymargin as em
 from energymargin.cli.grasp_words import chosen_hand
 from energymargin.grasps import GraspObject, GraspSet, Motion, ParallelGripper, Protocol, score
-from energymargin.grasps.hands import PANDA, PRESETS
+from energymargin.grasps.presets import PANDA, PRESETS
 
 HAND = ParallelGripper(opening=0.08, pad=(0.02, 0.02), force=20.0, pads=em.Pad())
 TURNING = Protocol([Motion("hold", 0.5)], angle=0.15)
@@ -47,8 +47,8 @@ def test_soft_fingers_hold_nearly_parallel_faces_alike_at_any_step():
     assert np.mean(held(replace(HAND, pads=None), STEPS[1])) < 0.7
 
 
-def test_presets_are_rigid_and_a_pad_is_that_of_the_grip_s_force():
-    assert all(hand.pads is None for hand in PRESETS.values())
+def test_presets_are_soft_and_a_pad_is_that_of_the_grip_s_force():
+    assert all(hand.pads == em.Pad() for hand in PRESETS.values())
     for force, radius in ((40.0, 5.81e-3), (10.0, 4.11e-3)):
         scene = em.Scene()
         replace(PANDA, pads=em.Pad()).add_to(scene, force=force, opening=np.nan)

@@ -24,7 +24,7 @@ from energymargin.grasps import (
     Protocol,
     score,
 )
-from energymargin.grasps.hands import preset
+from energymargin.grasps.presets import preset
 from energymargin.grasps.protocols import LIFT
 from energymargin.grasps.scores import grasp_of
 from energymargin.grasps.scoring import score_grasps

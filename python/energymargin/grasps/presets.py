@@ -1,0 +1,40 @@
+"""Grippers by name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from energymargin.base.checks import one_of
+from energymargin.grasps.hands import ParallelGripper
+
+__all__ = ["PRESETS", "preset"]
+
+PANDA = ParallelGripper(
+    opening=0.08,
+    pad=(0.02, 0.02),
+    force=40.0,
+    tip=0.0088,
+    finger=0.0463,
+    palm=(0.204, 0.063, 0.092),
+    thickness=0.012,
+)
+ROBOTIQ_2F85 = ParallelGripper(
+    opening=0.085,
+    pad=(0.022, 0.0375),
+    force=60.0,
+    finger=0.07,
+    palm=(0.15, 0.075, 0.09),
+    thickness=0.014,
+)
+PRESETS = {"panda": PANDA, "robotiq_2f85": ROBOTIQ_2F85}
+
+
+def preset(name: str) -> ParallelGripper:
+    """A gripper of PRESETS. Raises ValueError on another name."""
+    if name not in PRESETS and Path(str(name)).suffix in (".urdf", ".xml"):
+        raise ValueError(
+            f"hand is {name!r}, expected one of {', '.join(PRESETS)}, or of a file "
+            f"em.grasps.HandFile({name!r}, close={{'JOINT': (open, closed)}}, fingers=['LINK', "
+            "'LINK'], frame='LINK')"
+        )
+    return PRESETS[one_of("hand", name, tuple(PRESETS))]
