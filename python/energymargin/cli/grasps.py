@@ -80,7 +80,7 @@ def grasps(
     Args:
         file: Grasps of ACRONYM (.h5), GraspGen (.json), isaac_grasp (.yaml), or a table of poses
             (.csv).
-        hand: panda, robotiq_2f85, or a hand by its numbers, as JSON or a file of it: '{"preset":
+        hand: panda, robotiq_2f85, robotiq_2f140, wsg_50, or numbers, as JSON or a file: '{"preset":
             "panda", "force": 20}', '{"opening": 0.1, "pad": [0.02, 0.03]}'.
         protocol: What is done once the hand has closed: hold, lift, shake, graspa, acronym, or JSON
             or a file of it: '{"preset": "lift", "radius": 0.03}'.

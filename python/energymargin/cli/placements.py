@@ -32,7 +32,7 @@ class Release:
     """Arguments of `em.placements`."""
 
     hand: str | None = None
-    """panda, robotiq_2f85, or a hand by its numbers, as of `energymargin grasps`; left out: nothing
+    """panda, robotiq_2f85, or another of `energymargin grasps`, or numbers; left out: nothing
     holds it."""
     grasp: Path | None = None
     """A table of grasps in the object's frame, whose first one the hand has."""

@@ -26,7 +26,30 @@ ROBOTIQ_2F85 = ParallelGripper(
     palm=(0.15, 0.075, 0.09),
     thickness=0.014,
 )
-PRESETS = {"panda": PANDA, "robotiq_2f85": ROBOTIQ_2F85}
+# Pads and reach of the model of ros-industrial, force of the maker.
+ROBOTIQ_2F140 = ParallelGripper(
+    opening=0.14,
+    pad=(0.027, 0.065),
+    force=125.0,
+    finger=0.12,
+    palm=(0.15, 0.075, 0.09),
+    thickness=0.014,
+)
+# Of the model of Drake.
+WSG_50 = ParallelGripper(
+    opening=0.11,
+    pad=(0.02, 0.02),
+    force=80.0,
+    finger=0.082,
+    palm=(0.146, 0.05, 0.0725),
+    thickness=0.012,
+)
+PRESETS = {
+    "panda": PANDA,
+    "robotiq_2f85": ROBOTIQ_2F85,
+    "robotiq_2f140": ROBOTIQ_2F140,
+    "wsg_50": WSG_50,
+}
 
 
 def preset(name: str) -> ParallelGripper:

@@ -62,7 +62,8 @@ def score(
 
     Args:
         grasps: of `em.grasps.read`, or made from poses.
-        hand: a gripper by numbers, a hand of a file, or a preset: "panda" or "robotiq_2f85".
+        hand: a gripper by numbers, a hand of a file, or a preset: "panda", "robotiq_2f85",
+            "robotiq_2f140" or "wsg_50".
         object: what is gripped.
         protocol: what is done with it, or a preset: "hold", "lift", "shake", "graspa" or "acronym".
         belief: what is not known; "lab": as `GraspBelief.lab` of this hand and object; None:

@@ -24,7 +24,7 @@ from energymargin.grasps import (
     Protocol,
     score,
 )
-from energymargin.grasps.presets import preset
+from energymargin.grasps.presets import PRESETS, preset
 from energymargin.grasps.protocols import LIFT
 from energymargin.grasps.scores import grasp_of
 from energymargin.grasps.scoring import score_grasps
@@ -62,6 +62,15 @@ def test_a_cube_is_held_up_to_coulomb_s_limit(share, held):
     heaviest = 2 * 0.5 * GRIPPER.force / 9.81
     scores = score(grasps(), GRIPPER, cube(share * heaviest), disturbance=STILL, rollouts=1)
     assert scores.probabilities[0] == held
+
+
+@pytest.mark.filterwarnings("ignore::energymargin.PlausibilityWarning")
+@pytest.mark.parametrize("name", sorted(PRESETS))
+@pytest.mark.parametrize(("share", "held"), [(0.93, 1.0), (1.07, 0.0)])
+def test_each_preset_holds_what_its_force_does(name, share, held):
+    mass = share * 2 * 0.3 * PRESETS[name].force / 9.81
+    one = score(grasps(), name, cube(mass, 0.3), disturbance=STILL, rollouts=1)
+    assert one.probabilities[0] == held
 
 
 def test_a_shake_needs_the_force_of_its_acceleration():
