@@ -65,7 +65,7 @@ def limits(
             mass.BODY (kg), force.JOINT (of its drive), x.BODY to z.BODY, by which a body is moved
             (m), and rx.BODY to rz.BODY, by which it is turned (rad). Of grasps: force (N),
             friction, mass (kg), x to z (m) and rx to rz (rad), by which the hand is off.
-        hand: With it the file has grasps: panda, robotiq_2f85, robotiq_2f140, wsg_50, or numbers, as JSON.
+        hand: With it the file has grasps: as of `energymargin grasps`, by name or as JSON.
         protocol: Of grasps: hold, lift, shake, graspa, acronym, or JSON.
         probability: What is asked of the probability.
         confidence: Of each interval.
