@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 from rich.markup import escape
 
-from energymargin import SearchSettings
+import energymargin as em
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_figure
 from energymargin.cli.demo_grips import draw_grips, score_grips
@@ -21,16 +21,10 @@ from energymargin.cli.places import require_own_folder
 from energymargin.cli.progress import share_bar
 from energymargin.cli.score import scored_run
 from energymargin.cli.terminal import err, out, say
-from energymargin.summary import summary
-
-if TYPE_CHECKING:
-    from energymargin.datasets import Dataset
-    from energymargin.evaluation import LabelledScores
-    from energymargin.grasps import GraspScores
 
 TASK = "push"
 FRAMES = 10
-SEARCH = SearchSettings(nodes=30)
+SEARCH = em.SearchSettings(nodes=30)
 SUFFIXES = {".h5", ".db", ".md", ".csv", ".png", ".html"}
 
 
@@ -59,9 +53,6 @@ def demo(
         overwrite: Take a folder that has files of others too, and replace those of the same
             names.
     """
-    from energymargin import datasets
-    from energymargin.store import dataset_metrics
-
     require_own_folder(output, overwrite=overwrite)
     settings, executor = replace(SEARCH, **given), Where(threads=threads).executor()
     say(
@@ -73,25 +64,23 @@ def demo(
     if not _is_there(path, trajectories, settings.seed):
         with bar(f"Generating {TASK}", "trajectories") as progress:
             asked: Any = {"trajectories": trajectories, "frames": FRAMES, "seed": settings.seed}
-            datasets.generate(TASK, path=path, progress=progress, **asked).close()
-    dataset = datasets.load(path)
+            em.datasets.generate(TASK, path=path, progress=progress, **asked).close()
+    dataset = em.datasets.load(path)
     database = output / f"{TASK}-scores.db"
-    metrics = dataset_metrics(dataset, None, settings)
+    metrics = em.store.dataset_metrics(dataset, None, settings)
     with scored_run(dataset, database, settings, metrics, executor) as (run, _):
         labelled = run.labelled_scores()
     print_evaluation(labelled, [output / "table.md", output / "table.csv"], seed=settings.seed)
     scores = score_grips(trials, executor)
     out.print()
-    out.print(summary(scores))
+    out.print(em.summary.summary(scores))
     if find_spec("matplotlib") is None:
         say(escape("Pictures of all that need matplotlib: pip install 'energymargin[plots]'"))
     else:
         _draw(dataset, labelled, settings, scores, output)
     if find_spec("skimage") is not None:
-        from energymargin.viewer import view
-
         with share_bar(err) as tell:
-            page = view(scores, scoring=lambda share: tell("The grips as a page", share))
+            page = em.viewer.view(scores, scoring=lambda share: tell("The grips as a page", share))
         page.save(output / "grips.html")
         say("Open grips.html there in a browser: the grips turn and play")
     written = sorted(path.name for path in output.iterdir() if path.suffix in SUFFIXES)
@@ -103,23 +92,22 @@ def demo(
 
 
 def _draw(
-    dataset: Dataset, labelled: LabelledScores, settings: Any, scores: GraspScores, output: Path
+    dataset: em.datasets.Dataset,
+    labelled: em.evaluation.LabelledScores,
+    settings: em.SearchSettings,
+    scores: em.grasps.GraspScores,
+    output: Path,
 ) -> None:
     """Pictures of pushes and grips."""
-    # Slow to load, which Ctrl-C would wait for.
-    from energymargin.plots import figure_along, figure_trees
-
-    trees = figure_trees(dataset, settings.nodes, settings.seed)
+    trees = em.plots.figure_trees(dataset, settings.nodes, settings.seed)
     replace_figure(output / "qualitative.png", trees)
-    replace_figure(output / "scores.png", figure_along(dataset, labelled))
+    replace_figure(output / "scores.png", em.plots.figure_along(dataset, labelled))
     draw_grips(scores, output)
 
 
 def _is_there(path: Path, trajectories: int, seed: int) -> bool:
     """Whether a file has these pushes already."""
-    from energymargin import datasets
-
     if not path.exists():
         return False
-    with datasets.load(path) as found:
+    with em.datasets.load(path) as found:
         return bool(found.seed == seed and found.lengths.tolist() == [FRAMES] * trajectories)

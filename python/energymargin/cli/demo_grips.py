@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+import energymargin as em
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_figure
-from energymargin.executors import Executor
-
-if TYPE_CHECKING:
-    from energymargin.grasps import GraspScores
 
 HANDLE, HEAD = (0.024, 0.22, 0.024), (0.11, 0.05, 0.05)  # m: along x, y and z, on a table
 MASS = 0.4  # kg, of hard wood
@@ -22,37 +18,33 @@ FRICTION_ERROR = 0.1  # standard deviation
 LIFT, LARGEST_TILT = 0.15, 0.6  # m, rad
 
 
-def score_grips(trials: int, executor: Executor) -> GraspScores:
+def score_grips(trials: int, executor: em.executors.Executor) -> em.grasps.GraspScores:
     """A Panda lifts a mallet by its handle in six ways, so many trials each."""
-    from energymargin import Box, Compound, Part, grasps
-
-    handle = Part(Box(HANDLE), (0.0, -HANDLE[1] / 2, HANDLE[2] / 2))
-    head = Part(Box(HEAD), (0.0, HEAD[1] / 2, HEAD[2] / 2))
+    handle = em.Part(em.Box(HANDLE), (0.0, -HANDLE[1] / 2, HANDLE[2] / 2))
+    head = em.Part(em.Box(HEAD), (0.0, HEAD[1] / 2, HEAD[2] / 2))
     poses = np.tile(np.diag([1.0, -1.0, -1.0, 1.0]), (len(BELOW_HEAD), 1, 1))  # from above
     poses[:, 1, 3], poses[:, 2, 3] = -np.array(BELOW_HEAD), HANDLE[2] / 2
     names = tuple(f"{100 * below:.0f} cm below the head" for below in BELOW_HEAD)
-    motions = [grasps.Motion("lift", 0.6, LIFT), grasps.Motion("hold", 0.4)]
+    motions = [em.grasps.Motion("lift", 0.6, LIFT), em.grasps.Motion("hold", 0.4)]
     with bar("Gripping a mallet", "grips") as progress:
-        return grasps.score(
-            grasps.GraspSet(poses, names=names),
+        return em.grasps.score(
+            em.grasps.GraspSet(poses, names=names),
             "panda",
-            grasps.GraspObject(Compound([handle, head]), MASS),
-            grasps.Protocol(motions, table=True, angle=LARGEST_TILT),
-            belief=grasps.GraspBelief(pose=POSE_ERRORS, friction=FRICTION_ERROR),
+            em.grasps.GraspObject(em.Compound([handle, head]), MASS),
+            em.grasps.Protocol(motions, table=True, angle=LARGEST_TILT),
+            belief=em.grasps.GraspBelief(pose=POSE_ERRORS, friction=FRICTION_ERROR),
             rollouts=trials,
             executor=executor,
             progress=progress,
         )
 
 
-def draw_grips(scores: GraspScores, folder: Path) -> None:
+def draw_grips(scores: em.grasps.GraspScores, folder: Path) -> None:
     """grip.png has the best grip from two sides, grips.png the probability of each."""
     from matplotlib.figure import Figure
 
-    from energymargin.plots import figure_grasp, plot_grasps
-
     best = scores.best
-    figure, (low, high) = figure_grasp(scores, best), scores.interval()[best]
+    figure, (low, high) = em.plots.figure_grasp(scores, best), scores.interval()[best]
     figure.suptitle(
         f"{scores.grasps.names[best]}: holds with a probability of "
         f"{scores.probabilities[best]:.2f}, 95 % interval {low:.2f} to {high:.2f}"
@@ -60,7 +52,7 @@ def draw_grips(scores: GraspScores, folder: Path) -> None:
     figure.set_size_inches(7.0, 2.9)
     replace_figure(folder / "grip.png", figure, dpi=150)
     chart = Figure(figsize=(8.0, 3.6), layout="constrained")
-    axes = plot_grasps(scores, chart.subplots())
+    axes = em.plots.plot_grasps(scores, chart.subplots())
     axes.set(title="A hand lifts a mallet by its handle", xlabel="where the hand grips")
     axes.tick_params(axis="x", rotation=20)
     replace_figure(folder / "grips.png", chart, dpi=150)

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
+import energymargin as em
 from energymargin.base.replacing import replace_text
 from energymargin.cli.options import Outputs
 from energymargin.cli.places import require_free
+from energymargin.cli.progress import share_bar
 from energymargin.cli.terminal import err, out
-from energymargin.summary import summary
 
-if TYPE_CHECKING:
-    from energymargin.evaluation import Among, Evaluation, LabelledScores
-    from energymargin.store import Run, ScoreStore
+Labelled = em.evaluation.LabelledScores
 
 
 def evaluate(
@@ -51,28 +50,28 @@ def evaluate(
         seed: Seed of the bootstrap intervals.
         overwrite: Replace the file if it exists.
     """
-    from energymargin.store import ScoreStore
-
     for path in output or []:
         require_free(path, overwrite=overwrite, suffixes=WRITERS)
-    with ScoreStore(scores) as store:
+    with em.store.ScoreStore(scores) as store:
         labelled, now = question_of(store, store.run(run))
     options: dict[str, Any] = {"last": last, "clipped": clipped, "draws": draws, "seed": seed}
     print_evaluation(labelled, output or [], among, now=now, frames=frames, **options)
 
 
-def question_of(store: ScoreStore, run: Run) -> tuple[LabelledScores, LabelledScores | None]:
+def question_of(
+    store: em.store.ScoreStore, run: em.store.Run
+) -> tuple[em.evaluation.LabelledScores, em.evaluation.LabelledScores | None]:
     """The scores of a run; and of one with a horizon, those of the states as they are."""
     now = store.beside(run)
     return run.labelled_scores(), None if now is None else now.labelled_scores()
 
 
 def print_evaluation(
-    labelled: LabelledScores,
+    labelled: em.evaluation.LabelledScores,
     outputs: Sequence[Path],
-    among: Among | None = None,
+    among: em.evaluation.Among | None = None,
     *,
-    now: LabelledScores | None = None,
+    now: em.evaluation.LabelledScores | None = None,
     frames: Sequence[int] | None = None,
     **options: Any,
 ) -> None:
@@ -81,40 +80,36 @@ def print_evaluation(
 
     `options` are others of `evaluation.evaluate`.
     """
-    from energymargin.evaluation import tables_of
-
     clipped = options.get("clipped", False)
-    tables = tables_of(labelled, now, among=among, frames=frames, clipped=clipped)
+    tables = em.evaluation.tables_of(labelled, now, among=among, frames=frames, clipped=clipped)
     results = print_tables(tables, **options)
     for path in outputs:
         replace_text(path, WRITERS[path.suffix](results))
 
 
 def print_tables(
-    tables: Sequence[tuple[LabelledScores, Among, Sequence[int]]], **options: Any
-) -> list[Evaluation]:
+    tables: Sequence[tuple[em.evaluation.LabelledScores, em.evaluation.Among, Sequence[int]]],
+    **options: Any,
+) -> list[em.evaluation.Evaluation]:
     """Prints tables as of `tables_of`, and returns them."""
-    from energymargin import evaluation
-    from energymargin.cli.progress import share_bar
-
     with share_bar(err) as bar:
         options["progress"] = lambda done, total: bar("AUC and AP", done / total)
         results = [
-            evaluation.evaluate(scores, among=among, frames=frames, **options)
+            em.evaluation.evaluate(scores, among=among, frames=frames, **options)
             for scores, among, frames in tables
         ]
     for number, result in enumerate(results):
         if number:
             out.print()
-        out.print(summary(result))
+        out.print(em.summary.summary(result))
     return results
 
 
-def _markdown(results: Sequence[Evaluation]) -> str:
+def _markdown(results: Sequence[em.evaluation.Evaluation]) -> str:
     return "\n".join(result.to_markdown() for result in results)
 
 
-def _csv(results: Sequence[Evaluation]) -> str:
+def _csv(results: Sequence[em.evaluation.Evaluation]) -> str:
     first, *more = (result.to_csv() for result in results)
     return first + "".join(text.split("\n", 1)[1] for text in more)
 
