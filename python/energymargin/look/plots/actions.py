@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from energymargin.act.candidates import Standing
 from energymargin.act.improvement import Improvement
 from energymargin.act.ranking import Ranking
-from energymargin.base.checks import check_type
 from energymargin.base.metrics import axis_label, is_likelihood
 from energymargin.look.plots import styles
 
@@ -32,7 +31,6 @@ def plot_ranking(ranking: Ranking, ax: Axes | None = None) -> Axes:
     A triangle at the right edge is an effort without a bound: no escape was found. Returns `ax`, or
     the axes of a new figure. Raises ValueError on another thing than a Ranking.
     """
-    check_type("ranking", ranking, Ranking, "a Ranking, as of em.rank")
     names = [styles.folded(name) for name in ranking.names]
     lines = [line for name in names for line in name.split("\n")]
     width = 4.2 + LETTER * max(map(len, lines))
@@ -55,7 +53,6 @@ def plot_ranking(ranking: Ranking, ax: Axes | None = None) -> Axes:
 def figure_improvement(improvement: Improvement) -> Figure:
     """The scores of each generation and the strength of the disturbance; where the parameters went;
     and the last comparison. Raises ValueError on another thing than an Improvement."""
-    check_type("improvement", improvement, Improvement, "an Improvement, as of em.improve")
     figure = Figure(figsize=(12.0, 4.0), dpi=150, layout="constrained")
     scores, parameters, last = figure.subplots(1, 3, width_ratios=(1.1, 1.1, 1.0))
     _draw_scores(scores, improvement)

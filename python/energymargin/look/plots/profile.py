@@ -7,7 +7,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from energymargin.act.profile import EFFORT, MarginProfile
-from energymargin.base.checks import check_type
 from energymargin.base.metrics import KINDS, value_text, with_unit
 from energymargin.look.plots import styles
 
@@ -23,9 +22,8 @@ def plot_margin_profile(profile: MarginProfile, *, ax: Axes | None = None) -> Ax
     capture set are shaded. Returns `ax`, or the axes of a new figure. Raises ValueError on another
     thing than a MarginProfile.
     """
-    check_type("profile", profile, MarginProfile, "a MarginProfile, as of em.margin_profile")
-    ax = styles.axes_or_new(ax, WIDTH, HEIGHT)
     ends = profile.low, profile.high
+    ax = styles.axes_or_new(ax, WIDTH, HEIGHT)
     ax.fill_between(profile.times, *ends, color=styles.CAPTURED_COLOR, alpha=0.35, linewidth=0)
     at = f"{value_text('probability', profile.weakest.probability)} at {profile.weakest.time:.3g} s"
     _draw(ax, profile, "probability", f"captured for {_ahead(profile)}", f"weakest: {at}")
@@ -35,7 +33,6 @@ def plot_margin_profile(profile: MarginProfile, *, ax: Axes | None = None) -> Ax
 
 def figure_margin_profile(profile: MarginProfile) -> Figure:
     """`plot_margin_profile`, and the efforts below it, if they were asked for."""
-    check_type("profile", profile, MarginProfile, "a MarginProfile, as of em.margin_profile")
     efforts = not np.isnan(profile.efforts).all()
     height = HEIGHT + OF_EFFORTS * efforts
     figure = Figure(figsize=(WIDTH, height), dpi=150, layout="constrained")

@@ -5,17 +5,20 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from html import escape
 from typing import Any
 
 import numpy as np
 
 import energymargin as em
 from energymargin.base.checks import whole_number
+from energymargin.base.plausibility import kept_warnings
 from energymargin.look.viewer import sources, texts
-from energymargin.look.viewer.grasps import page_of_grasps
 from energymargin.look.viewer.page import Page
 from energymargin.look.viewer.search import Scored, ShareProgress, score_state
 from energymargin.look.viewer.shots import Blobs, Shot
+
+MOST_GRASPS = 24  # grasps on a page
 
 
 def view(
@@ -189,3 +192,41 @@ def _asked(source: sources.StateSource, future: em.datasets.Future | None) -> so
             "problem its horizon in seconds, problem.replace(horizon=...)"
         )
     return replace(source, future=future)
+
+
+def page_of_grasps(scores: em.grasps.GraspScores, scoring: ShareProgress | None = None) -> Page:
+    """The page of all grasps, the best first; of more than MOST_GRASPS of ranks evenly from the
+    best to the worst. Raises ValueError if none has a score."""
+    _ = scores.best
+    ranks = np.unique(np.linspace(0, len(scores.ranked) - 1, MOST_GRASPS).astype(int))
+    blobs, shots = Blobs(), []
+    for done, rank in enumerate(ranks):
+        with kept_warnings():
+            shots.append(_grasp_shot(blobs, scores, int(rank)))
+        if scoring is not None:
+            scoring((done + 1) / len(ranks))
+    return Page(f"{len(scores.grasps)} grasps", shots, blobs.texts(), scored=[None] * len(shots))
+
+
+def _grasp_shot(blobs: Blobs, scores: em.grasps.GraspScores, rank: int) -> dict[str, Any]:
+    number = int(scores.ranked[rank])
+    name, (problem, why) = scores.grasps.names[number], scores.shown(number)
+    future = None if why else em.futures.undisturbed(problem)
+    states = problem.state[None] if future is None else future.states
+    holds = f"{scores.probabilities[number]:.2f}"
+    shot = Shot(blobs, f"{rank + 1}. {name}: {holds}", problem, states)
+    drawn = shot.add_sets()
+    if future is not None:
+        shot.add_future(future)
+    low, high = scores.interval()[number]
+    lines = [f"<b>{escape(name)}</b>, rank {rank + 1} of {len(scores.ranked)}"]
+    lines.append(f"held with probability {holds} ({low:.2f} to {high:.2f})")
+    if lost := scores.how_lost(number):
+        lines.append(f"lost: {escape(lost)}")
+    if why:
+        lines.append(f"The hand {why}: this is the open hand.")
+    words = [texts.box("<br>".join(lines))]
+    if future is not None:
+        words.append(texts.future_text(problem, future))
+    words += [texts.legend(problem, None, future), texts.sets_text(problem, drawn)]
+    return shot.content | {"words": "".join(words)}
