@@ -7,17 +7,17 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 from cyclopts import Parameter
 from rich.markup import escape
 
 import energymargin as em
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_figure
-from energymargin.cli.demo_grips import draw_grips, score_grips
 from energymargin.cli.evaluate import print_evaluation
 from energymargin.cli.fields import options_of
 from energymargin.cli.options import WHERE, Where
-from energymargin.cli.places import require_own_folder
+from energymargin.cli.places import require_own_folder, write_plot
 from energymargin.cli.progress import share_bar
 from energymargin.cli.score import scored_run
 from energymargin.cli.terminal import err, out, say
@@ -26,6 +26,12 @@ TASK = "push"
 FRAMES = 10
 SEARCH = em.SearchSettings(nodes=30)
 SUFFIXES = {".h5", ".db", ".md", ".csv", ".png", ".html"}
+HANDLE, HEAD = (0.024, 0.22, 0.024), (0.11, 0.05, 0.05)  # m: along x, y and z, on a table
+MASS = 0.4  # kg, of hard wood
+BELOW_HEAD = (0.02, 0.05, 0.08, 0.11, 0.14, 0.17)  # m, of the middle of the pads
+POSE_ERRORS = (0.003, 0.003, 0.001, 0.02, 0.02, 0.03)  # m, rad: standard deviations
+FRICTION_ERROR = 0.1  # standard deviation
+LIFT, LARGEST_TILT = 0.15, 0.6  # m, rad
 
 
 @options_of(SEARCH, "nodes", "seed")
@@ -61,10 +67,9 @@ def demo(
         "and two with 100 nodes in place of 30."
     )
     path = output / f"{TASK}.h5"
-    if not _is_there(path, trajectories, settings.seed):
-        with bar(f"Generating {TASK}", "trajectories") as progress:
-            asked: Any = {"trajectories": trajectories, "frames": FRAMES, "seed": settings.seed}
-            em.datasets.generate(TASK, path=path, progress=progress, **asked).close()
+    with bar(f"Generating {TASK}", "trajectories") as progress:
+        asked: Any = {"trajectories": trajectories, "frames": FRAMES, "seed": settings.seed}
+        em.datasets.generate(TASK, path=path, progress=progress, **asked).close()
     dataset = em.datasets.load(path)
     database = output / f"{TASK}-scores.db"
     metrics = em.store.dataset_metrics(dataset, None, settings)
@@ -102,12 +107,26 @@ def _draw(
     trees = em.plots.figure_trees(dataset, settings.nodes, settings.seed)
     replace_figure(output / "qualitative.png", trees)
     replace_figure(output / "scores.png", em.plots.figure_along(dataset, labelled))
-    draw_grips(scores, output)
+    replace_figure(output / "grip.png", em.plots.figure_grasp(scores, scores.best), dpi=150)
+    write_plot(output / "grips.png", em.plots.plot_grasps(scores))
 
 
-def _is_there(path: Path, trajectories: int, seed: int) -> bool:
-    """Whether a file has these pushes already."""
-    if not path.exists():
-        return False
-    with em.datasets.load(path) as found:
-        return bool(found.seed == seed and found.lengths.tolist() == [FRAMES] * trajectories)
+def score_grips(trials: int, executor: em.executors.Executor) -> em.grasps.GraspScores:
+    """A Panda lifts a mallet by its handle in six ways, so many trials each."""
+    handle = em.Part(em.Box(HANDLE), (0.0, -HANDLE[1] / 2, HANDLE[2] / 2))
+    head = em.Part(em.Box(HEAD), (0.0, HEAD[1] / 2, HEAD[2] / 2))
+    poses = np.tile(np.diag([1.0, -1.0, -1.0, 1.0]), (len(BELOW_HEAD), 1, 1))  # from above
+    poses[:, 1, 3], poses[:, 2, 3] = -np.array(BELOW_HEAD), HANDLE[2] / 2
+    names = tuple(f"{100 * below:.0f} cm below the head" for below in BELOW_HEAD)
+    motions = [em.grasps.Motion("lift", 0.6, LIFT), em.grasps.Motion("hold", 0.4)]
+    with bar("Gripping a mallet", "grips") as progress:
+        return em.grasps.score(
+            em.grasps.GraspSet(poses, names=names),
+            "panda",
+            em.grasps.GraspObject(em.Compound([handle, head]), MASS),
+            em.grasps.Protocol(motions, table=True, angle=LARGEST_TILT),
+            belief=em.grasps.GraspBelief(pose=POSE_ERRORS, friction=FRICTION_ERROR),
+            rollouts=trials,
+            executor=executor,
+            progress=progress,
+        )

@@ -30,9 +30,8 @@ from energymargin.cli.grasp_words import (
     chosen_protocol,
 )
 from energymargin.cli.options import Outputs, Where, given, panel
-from energymargin.cli.places import require_free
+from energymargin.cli.places import PICTURES, TEXTS, require_free, say_written, write_plot
 from energymargin.cli.progress import share_bar
-from energymargin.cli.results import PICTURES, TEXTS, say_written, write_plot
 from energymargin.cli.terminal import TIMED_OUT, err, loading, out, say, warn
 
 Column = NDArray[np.float64]

@@ -18,8 +18,7 @@ from energymargin.cli.grasp_words import (
     chosen_protocol,
 )
 from energymargin.cli.options import Output, Where, given
-from energymargin.cli.places import require_free
-from energymargin.cli.results import print_markdown, require_complete, say_written
+from energymargin.cli.places import print_markdown, require_complete, require_free, say_written
 from energymargin.cli.terminal import out
 
 CARDS = (".html", ".md", ".json")

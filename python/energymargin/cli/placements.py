@@ -13,7 +13,7 @@ import energymargin as em
 from energymargin.base.bars import bar
 from energymargin.cli.grasp_words import OF_OBJECT, Thing, arguments_as_options, chosen_hand
 from energymargin.cli.options import Outputs, Where, chosen_sampling, given, panel
-from energymargin.cli.results import require_complete, require_outputs, show_table
+from energymargin.cli.places import require_complete, require_outputs, show_table
 from energymargin.cli.terminal import loading
 
 GRID = panel("The grid, without a file of poses")

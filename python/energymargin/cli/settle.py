@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import energymargin as em
 from energymargin.base.bars import bar
 from energymargin.cli.options import Outputs, panel
-from energymargin.cli.results import require_complete, require_outputs, show_table
+from energymargin.cli.places import require_complete, require_outputs, show_table
 
 MOVED = 1
 """Exit code where something moves."""

@@ -13,9 +13,8 @@ import energymargin as em
 from energymargin.base.bars import bar
 from energymargin.cli.fields import as_number
 from energymargin.cli.options import Parameters, PlanWord, chosen_future, panel, parsed
-from energymargin.cli.places import require_free
+from energymargin.cli.places import require_free, say_written
 from energymargin.cli.progress import share_bar
-from energymargin.cli.results import say_written
 from energymargin.cli.terminal import err, loading
 
 PAGES, PICTURES = (".html", ".htm"), (".png", ".gif")

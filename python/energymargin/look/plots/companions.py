@@ -92,7 +92,9 @@ def figure_grasp(scores: GraspScores, number: int) -> Figure:
         names = {**AXES, "z": "height [m]"} if trials.protocol.table else AXES
         ax.set(xlabel=names[plane[0]], ylabel=names[plane[1]])
         ax.locator_params(nbins=4)
-    figure.suptitle(f"{styles.folded(scores.grasps.names[number])}: {what}", fontsize=10)
+    name, (least, most) = styles.folded(scores.grasps.names[number]), scores.interval()[number]
+    holds = f"holds in {scores.probabilities[number]:.2f} ({least:.2f} to {most:.2f}) of its trials"
+    figure.suptitle(f"{name}: {what}, {holds}", fontsize=10)
     return figure
 
 

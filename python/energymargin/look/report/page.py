@@ -1,5 +1,5 @@
-"""Reports, each a page in one file: of a file of scores, with its tables of AUC and AP; and of scores
-of grasps, with pictures of the best, the most doubtful, and the worst."""
+"""A report is a page in one file: of a file of scores, with tables of AUC and AP, or of scores of
+grasps, with pictures of the best, the most doubtful, and the worst."""
 
 from __future__ import annotations
 
