@@ -19,7 +19,7 @@ from energymargin.cli.fields import options_of
 from energymargin.cli.options import WHERE, Where
 from energymargin.cli.places import require_own_folder, write_plot
 from energymargin.cli.progress import share_bar
-from energymargin.cli.score import scored_run
+from energymargin.cli.score import Scoring
 from energymargin.cli.terminal import err, out, say
 
 TASK = "push"
@@ -71,11 +71,11 @@ def demo(
         asked: Any = {"trajectories": trajectories, "frames": FRAMES, "seed": settings.seed}
         em.datasets.generate(TASK, path=path, progress=progress, **asked).close()
     dataset = em.datasets.load(path)
-    database = output / f"{TASK}-scores.db"
-    metrics = em.store.dataset_metrics(dataset, None, settings)
-    with scored_run(dataset, database, settings, metrics, executor) as (run, _):
+    scoring = Scoring(dataset, output / f"{TASK}-scores.db", settings, executor)
+    with scoring.run(scoring.metrics()) as (run, _):
         labelled = run.labelled_scores()
-    print_evaluation(labelled, [output / "table.md", output / "table.csv"], seed=settings.seed)
+    tables, files = em.evaluation.tables_of(labelled), [output / "table.md", output / "table.csv"]
+    print_evaluation(tables, files, seed=settings.seed)
     scores = score_grips(trials, executor)
     out.print()
     out.print(em.summary.summary(scores))

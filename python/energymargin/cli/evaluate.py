@@ -53,45 +53,19 @@ def evaluate(
     for path in output or []:
         require_free(path, overwrite=overwrite, suffixes=WRITERS)
     with em.store.ScoreStore(scores) as store:
-        labelled, now = question_of(store, store.run(run))
+        asked = store.labelled_scores(store.run(run))
+    tables = em.evaluation.tables_of(*asked, among=among, frames=frames, clipped=clipped)
     options: dict[str, Any] = {"last": last, "clipped": clipped, "draws": draws, "seed": seed}
-    print_evaluation(labelled, output or [], among, now=now, frames=frames, **options)
-
-
-def question_of(
-    store: em.store.ScoreStore, run: em.store.Run
-) -> tuple[em.evaluation.LabelledScores, em.evaluation.LabelledScores | None]:
-    """The scores of a run; and of one with a horizon, those of the states as they are."""
-    now = store.beside(run)
-    return run.labelled_scores(), None if now is None else now.labelled_scores()
+    print_evaluation(tables, output or (), **options)
 
 
 def print_evaluation(
-    labelled: em.evaluation.LabelledScores,
-    outputs: Sequence[Path],
-    among: em.evaluation.Among | None = None,
-    *,
-    now: em.evaluation.LabelledScores | None = None,
-    frames: Sequence[int] | None = None,
+    tables: Sequence[tuple[em.evaluation.LabelledScores, em.evaluation.Among, Sequence[int]]],
+    outputs: Sequence[Path] = (),
     **options: Any,
 ) -> None:
-    """AUC and AP, on the terminal and into files: the tables of `tables_of`, or with `among` or
-    `frames` those that are chosen.
-
-    `options` are others of `evaluation.evaluate`.
-    """
-    clipped = options.get("clipped", False)
-    tables = em.evaluation.tables_of(labelled, now, among=among, frames=frames, clipped=clipped)
-    results = print_tables(tables, **options)
-    for path in outputs:
-        replace_text(path, WRITERS[path.suffix](results))
-
-
-def print_tables(
-    tables: Sequence[tuple[em.evaluation.LabelledScores, em.evaluation.Among, Sequence[int]]],
-    **options: Any,
-) -> list[em.evaluation.Evaluation]:
-    """Prints tables as of `tables_of`, and returns them."""
+    """AUC and AP, on the terminal and into files: the tables of `em.evaluation.tables_of`, with
+    these options of `em.evaluation.evaluate`."""
     with share_bar(err) as bar:
         options["progress"] = lambda done, total: bar("AUC and AP", done / total)
         results = [
@@ -102,7 +76,8 @@ def print_tables(
         if number:
             out.print()
         out.print(em.summary.summary(result))
-    return results
+    for path in outputs:
+        replace_text(path, WRITERS[path.suffix](results))
 
 
 def _markdown(results: Sequence[em.evaluation.Evaluation]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,7 +15,7 @@ from energymargin.base.bars import bar
 from energymargin.base.limits import Limit
 from energymargin.base.metrics import CLOCKLESS, LEAST_EFFORT, TIMED, USUAL
 from energymargin.base.settings import flag_of
-from energymargin.cli.evaluate import print_tables, question_of
+from energymargin.cli.evaluate import print_evaluation
 from energymargin.cli.fields import options_of, split
 from energymargin.cli.options import (
     Output,
@@ -112,15 +112,10 @@ def score(
         if not paper and (timed or frames is not None):
             future = _asked_future(dataset, frames, plan, **times)
             _say_of_older(output, future)
-        # all are checked before any is scored
-        for names, ahead in _asked_runs(dataset, named, future, settings, sampling):
+        scoring = Scoring(dataset, output, settings, executor, sampling)
+        for names, ahead in scoring.runs(named, future):  # all are checked before any is scored
             try:
-                with scored_run(
-                    *(dataset, output, settings, names, executor),
-                    future=ahead,
-                    sampling=sampling,
-                    timeout=limit.rest()["timeout"],
-                ) as (run, complete):
+                with scoring.run(names, ahead, timeout=limit.rest()["timeout"]) as (run, complete):
                     numbers.append(run.number)
                     if not complete:
                         say(f"[yellow]the time was over:[/] {_progress_text(run)}")
@@ -172,38 +167,6 @@ def _say_of_older(path: Path, future: em.datasets.Future | None) -> None:
         )
 
 
-def _asked_runs(
-    dataset: em.datasets.Dataset,
-    metrics: Sequence[str] | None,
-    future: em.datasets.Future | None,
-    settings: em.SearchSettings,
-    sampling: em.beliefs.Sampling | None,
-) -> list[tuple[Sequence[str], em.datasets.Future | None]]:
-    """The metrics and the future of each run: metrics without a clock have a run of their own.
-
-    Without `metrics` those of USUAL have the horizon, and beside them are the paper's, which have
-    none.
-    """
-
-    def there(metrics: Sequence[str] | None, future: em.datasets.Future | None) -> Sequence[str]:
-        return em.store.dataset_metrics(dataset, metrics, settings, future, sampling)
-
-    def usual() -> Sequence[str]:
-        found = there(None, None)
-        clock = set(found) & set(TIMED)
-        return [metric for metric in found if clock or metric not in LEAST_EFFORT]
-
-    if future is None:
-        return [(usual() if metrics is None else there(metrics, None), None)]
-    if metrics is None:
-        timed = [metric for metric in there(None, future) if metric in USUAL]
-        return [(timed, future), (usual(), None)]
-    clockless = [metric for metric in metrics if metric in CLOCKLESS]
-    timed = [metric for metric in metrics if metric not in CLOCKLESS]
-    runs = [(timed, future), (clockless, None)]
-    return [(there(names, ahead), ahead) for names, ahead in runs if names]
-
-
 def _say_scored(run: em.store.Run, *, horizon: bool) -> None:
     """How many states are scored. `horizon`: the command asks about one, in this run or another."""
     scored, _ = run.counts()
@@ -221,7 +184,7 @@ def _show_question(path: Path, number: int) -> None:
         run, runs = store.run(number), len(store.runs())
         which = "" if runs == 1 or (runs == 2 and store.beside(run)) else f" --run {number}"
         if run.future is not None and run.states <= COMPARED:
-            print_tables(em.evaluation.tables_of(*question_of(store, run))[:1])
+            print_evaluation(em.evaluation.tables_of(*store.labelled_scores(run))[:1])
             _say_weakest(run)
     say(f"Next: [bold]energymargin evaluate {escape(str(path))}{which}[/]")
 
@@ -238,31 +201,63 @@ def _say_weakest(run: em.store.Run) -> None:
         say(f"Of {len(held)} states captured now the least likely to stay is {where}: {share}")
 
 
-@contextmanager
-def scored_run(
-    dataset: em.datasets.Dataset,
-    output: Path,
-    settings: em.SearchSettings,
-    metrics: Sequence[str],
-    executor: em.executors.Executor,
-    *,
-    future: em.datasets.Future | None = None,
-    sampling: em.beliefs.Sampling | None = None,
-    timeout: float | None = None,
-) -> Iterator[tuple[em.store.Run, bool]]:
-    """Scores what is missing; gives the run of all scores, and whether the time was enough. States
-    that cannot be simulated are counted. Ctrl-C says how far it came."""
-    with em.store.ScoreStore(output, create=True) as store:
-        run = em.store.begin_run(store, dataset, metrics, settings, future, sampling=sampling)
-        title = f"Scoring, {settings.nodes} nodes" if future is None else f"Scoring, {future}"
-        try:
-            with bar(title, "states") as progress:
-                options: dict[str, Any] = {"progress": progress, "notice": warn, "timeout": timeout}
-                complete = em.store.score_run(dataset, run, executor=executor, **options)
-        except KeyboardInterrupt:
-            say(_progress_text(run))
-            raise
-        yield run, complete
+@dataclass(frozen=True)
+class Scoring:
+    """What a command scores, where to and how."""
+
+    dataset: em.datasets.Dataset
+    output: Path
+    settings: em.SearchSettings
+    executor: em.executors.Executor
+    sampling: em.beliefs.Sampling | None = None
+
+    def metrics(
+        self, names: Sequence[str] | None = None, future: em.datasets.Future | None = None
+    ) -> Sequence[str]:
+        """The metrics to score, as of `em.store.dataset_metrics`."""
+        return em.store.dataset_metrics(self.dataset, names, self.settings, future, self.sampling)
+
+    def runs(
+        self, metrics: Sequence[str] | None, future: em.datasets.Future | None
+    ) -> list[tuple[Sequence[str], em.datasets.Future | None]]:
+        """The metrics and the future of each run: metrics without a clock have a run of their own.
+
+        Without `metrics` those of USUAL have the horizon, and beside them are the paper's, which
+        have none.
+        """
+        if metrics is None:
+            found = self.metrics()
+            clock = set(found) & set(TIMED)
+            usual = [metric for metric in found if clock or metric not in LEAST_EFFORT]
+            if future is None:
+                return [(usual, None)]
+            timed = [metric for metric in self.metrics(None, future) if metric in USUAL]
+            return [(timed, future), (usual, None)]
+        if future is None:
+            return [(self.metrics(metrics), None)]
+        clockless = [metric for metric in metrics if metric in CLOCKLESS]
+        timed = [metric for metric in metrics if metric not in CLOCKLESS]
+        runs = [(timed, future), (clockless, None)]
+        return [(self.metrics(names, ahead), ahead) for names, ahead in runs if names]
+
+    @contextmanager
+    def run(
+        self, metrics: Sequence[str], future: em.datasets.Future | None = None, **options: Any
+    ) -> Iterator[tuple[em.store.Run, bool]]:
+        """Scores what is missing; gives the run of all scores, and whether the time was enough.
+        States that cannot be simulated are counted. Ctrl-C says how far it came."""
+        asked = metrics, self.settings, future
+        what = future or f"{self.settings.nodes} nodes"
+        options |= {"executor": self.executor, "notice": warn}
+        with em.store.ScoreStore(self.output, create=True) as store:
+            run = em.store.begin_run(store, self.dataset, *asked, sampling=self.sampling)
+            try:
+                with bar(f"Scoring, {what}", "states") as progress:
+                    complete = em.store.score_run(self.dataset, run, progress=progress, **options)
+            except KeyboardInterrupt:
+                say(_progress_text(run))
+                raise
+            yield run, complete
 
 
 def _progress_text(run: em.store.Run) -> str:

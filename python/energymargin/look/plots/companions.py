@@ -92,9 +92,12 @@ def figure_grasp(scores: GraspScores, number: int) -> Figure:
         names = {**AXES, "z": "height [m]"} if trials.protocol.table else AXES
         ax.set(xlabel=names[plane[0]], ylabel=names[plane[1]])
         ax.locator_params(nbins=4)
-    name, (least, most) = styles.folded(scores.grasps.names[number]), scores.interval()[number]
-    holds = f"holds in {scores.probabilities[number]:.2f} ({least:.2f} to {most:.2f}) of its trials"
-    figure.suptitle(f"{name}: {what}, {holds}", fontsize=10)
+    title = f"{styles.folded(scores.grasps.names[number])}: {what}"
+    if scores.counted[number]:
+        least, most = scores.interval()[number]
+        title += f", holds in {scores.probabilities[number]:.2f} of its trials"
+        title += f" ({least:.2f} to {most:.2f})"
+    figure.suptitle(title, fontsize=10)
     return figure
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -20,7 +20,15 @@ from energymargin.base.interrupts import raise_if_interrupted, remembered_interr
 from energymargin.base.metrics import TIMED
 from energymargin.base.replacing import replaced
 from energymargin.look.plots.companions import figure_grasp, plot_grasps
-from energymargin.look.report.pictures import along, both_curves, distributions, png, svg, worst
+from energymargin.look.report.pictures import (
+    Card,
+    along,
+    both_curves,
+    distributions,
+    png,
+    svg,
+    worst,
+)
 from energymargin.look.report.subject import Subject, notices, read_subject, view_command
 
 SUFFIXES = (".html", ".htm")
@@ -203,16 +211,6 @@ def rendered(name: str, page: Mapping[str, Any]) -> str:
     return environment.get_template(name).render(page, versions=versions)
 
 
-class GraspCard(NamedTuple):
-    """A grasp with its picture."""
-
-    which: str
-    name: str
-    text: str
-    image: str
-    """A data URI."""
-
-
 def write_grasps(
     scores: em.grasps.GraspScores,
     output: str | os.PathLike[str],
@@ -230,10 +228,9 @@ def write_grasps(
 
     Raises ValueError on other scores and another suffix, and OSError if it cannot be written.
     """
-    check_type("scores", scores, em.grasps.GraspScores, "GraspScores, as of em.grasps.score")
     output = Path(output)
     check_suffix(output)
-    found, table = em.summary.summary(scores), scores.table()
+    table, found = scores.table(), em.summary.summary(scores)
     with remembered_interrupts(), replaced(output) as file:
         figure = Figure(figsize=SIZE, layout="constrained")
         plot_grasps(scores, figure.subplots())
@@ -252,7 +249,7 @@ def write_grasps(
         file.write_text(rendered("grasps.html", page), encoding="utf-8")
 
 
-def _cards(scores: em.grasps.GraspScores, progress: Progress | None) -> Iterator[GraspCard]:
+def _cards(scores: em.grasps.GraspScores, progress: Progress | None) -> Iterator[Card]:
     if not len(scores.ranked):
         return
     chosen = {scores.best: "", scores.doubtful: "The most doubtful", scores.worst: "The worst"}
@@ -260,9 +257,8 @@ def _cards(scores: em.grasps.GraspScores, progress: Progress | None) -> Iterator
     for place, (k, which) in enumerate(chosen.items()):
         if progress is not None:
             progress("Pictures", place / len(chosen))
-        yield GraspCard(
-            which, scores.grasps.names[k], _text(scores, k), png(figure_grasp(scores, k))
-        )
+        title, image = f"{which}: {scores.grasps.names[k]}", png(figure_grasp(scores, k))
+        yield Card(title, _text(scores, k), [image])
 
 
 def _text(scores: em.grasps.GraspScores, k: int) -> str:
@@ -270,8 +266,7 @@ def _text(scores: em.grasps.GraspScores, k: int) -> str:
     low, high = scores.interval()[k]
     label, effort = scores.grasps.labels[k], scores.efforts[k]
     ways = ", ".join(f"{count} {ending}" for ending, count in scores.losses(k).items())
-    parts: list[Any] = [f"Holds in {scores.probabilities[k]:.2f} of its trials "]
-    parts.append(f"({low:.2f} to {high:.2f} with 95 % confidence): {ways}.")
-    parts += [] if np.isnan(effort) else [f" Effort of escape {effort:.2g} J."]
-    parts += [] if np.isnan(label) else [f" Label {label:g}."]
-    return "".join(parts)
+    text = f"Holds in {scores.probabilities[k]:.2f} of its trials "
+    text += f"({low:.2f} to {high:.2f} with 95 % confidence): {ways}."
+    text += "" if np.isnan(effort) else f" Effort of escape {effort:.2g} J."
+    return text + ("" if np.isnan(label) else f" Label {label:g}.")

@@ -121,17 +121,17 @@ def svg(figure: Figure) -> str:
     return _embedded("svg+xml", drawn)
 
 
-class StateCard(NamedTuple):
-    """One state, and why it is shown."""
+class Card(NamedTuple):
+    """One state or grasp, and why it is shown."""
 
     title: str
     text: str
     images: Sequence[str]
     """Data URIs."""
-    view: str
-    """The command that shows the state in the viewer; empty without a dataset."""
-    why: str
-    """Why there is none of this state, why it is not that of the score in the file, or why the
+    view: str = ""
+    """The command that shows it in the viewer; empty without a dataset."""
+    why: str = ""
+    """Why there is no image, why it is not that of the score in the file, or why the
     score is uncertain."""
 
 
@@ -139,7 +139,7 @@ class WorstStates(NamedTuple):
     """The most wrong states of one metric."""
 
     metric: str
-    cards: list[StateCard]
+    cards: list[Card]
     none: str
     """Why there is none, if so."""
 
@@ -164,7 +164,7 @@ def worst(
     ]
     total, done = max(1, sum(len(places) for _, places in chosen)), count()
 
-    def card(one: em.evaluation.curves.Wrongness, place: int) -> StateCard:
+    def card(one: em.evaluation.curves.Wrongness, place: int) -> Card:
         progress(next(done) / total)
         return _card(subject, repeater, one, place)
 
@@ -177,7 +177,7 @@ def _card(
     repeater: SearchRepeater | None,
     one: em.evaluation.curves.Wrongness,
     place: int,
-) -> StateCard:
+) -> Card:
     """Card of a state, or of the last state of a trajectory: the score and what happened, which
     contradict each other."""
     compared = one.compared
@@ -200,7 +200,7 @@ def _card(
             why = _notes(float(subject.scores(one.metric)[number]), repeated, subject.run.sampling)
         except (ValueError, RuntimeError) as error:  # of a task that has changed, or is gone
             why = f"No picture: {error}."
-    return StateCard(title, f"{where}. {_why(one, place)}", images, view, why)
+    return Card(title, f"{where}. {_why(one, place)}", images, view, why)
 
 
 def _notes(stored: float, repeated: RepeatedSearch, sampling: object | None) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from html import escape
 from typing import Any
@@ -86,8 +86,10 @@ def view(
     given = {name: n for name, n in {"nodes": nodes, "seed": seed}.items() if n is not None}
     source = sources.source_of(what, parameters, seed=seed or 0, progress=progress)
     try:
-        stored = _scores_of(source, scores, run, future)
-        source = _asked(source, future if scores is None or stored is None else stored.future)
+        stored = None if scores is None else _stored(source, scores, run)
+        source = replace(source, future=_asked(source, future, stored))
+        if isinstance(what, em.MarginProfile):
+            stored = sources.profile_scores(what)
         settings = em.searches.SearchSettings(**({} if stored is None else stored.search) | given)
         trajectory, frame = sources.first_frame(source, trajectory, frame)
         frames = source.frames(trajectory)
@@ -98,32 +100,21 @@ def view(
             title += f", trajectory {trajectory}"
         others = () if every is None else range(0, len(frames.times), every)
         numbers = sorted({frame, *others})
-        blobs, scored = Blobs(), list(_scored(frames, numbers, settings, scoring))
-        shots = [
-            _shot(blobs, frames, n, one, [] if stored is None else stored.at(frames.first + n))
-            for n, one in zip(numbers, scored, strict=True)
-        ]
+        blobs, scored, shots = Blobs(), list[Scored](), []
+        for number in numbers:
+
+            def tell(share: float, done: int = len(scored)) -> None:
+                if scoring is not None:
+                    scoring((done + share) / len(numbers))
+
+            place = None if frames.numbers is None else frames.numbers[number]
+            asked = frames.problem(number), settings, place, tell
+            scored.append(score_state(*asked, disturbance=frames.disturbance))
+            beside = [] if stored is None else stored.at(frames.first + number)
+            shots.append(_shot(blobs, frames, number, scored[-1], beside))
         return Page(title, shots, blobs.texts(), first=numbers.index(frame), scored=scored)
     finally:
         source.close()
-
-
-def _scored(
-    frames: sources.Frames,
-    numbers: list[int],
-    settings: em.searches.SearchSettings,
-    scoring: ShareProgress | None,
-) -> Iterator[Scored]:
-    """The scores of these frames, one after the other."""
-    for done, frame in enumerate(numbers):
-
-        def tell(share: float, done: int = done) -> None:
-            if scoring is not None:
-                scoring((done + share) / len(numbers))
-
-        place = None if frames.numbers is None else frames.numbers[frame]
-        what = frames.problem(frame), settings, place, tell
-        yield score_state(*what, disturbance=frames.disturbance)
 
 
 def _shot(
@@ -157,41 +148,37 @@ def _shot(
     return shot.content | {"words": "".join(words)}
 
 
-def _scores_of(
-    source: sources.StateSource,
-    scores: str | os.PathLike[str] | None,
-    run: int | None,
-    future: em.datasets.Future | None,
-) -> sources.FrameScores | None:
-    """Scores of a file, or of a MarginProfile; ValueError if they are about another question."""
-    if scores is None:
-        return (
-            sources.profile_scores(source.what)
-            if isinstance(source.what, em.MarginProfile)
-            else None
-        )
+def _stored(
+    source: sources.StateSource, scores: str | os.PathLike[str], run: int | None
+) -> sources.FrameScores:
+    """The scores of a file; ValueError if the source is no dataset, or not theirs."""
     if not isinstance(source.what, em.datasets.Dataset):
         kind = "a MarginProfile" if isinstance(source.what, em.MarginProfile) else "a problem"
         raise ValueError(f"scores are {str(scores)!r}, of no use with {kind} alone")
     name = source.title if source.opened else "DATASET"
-    stored = sources.stored_scores(scores, source.what, run, name)
-    if future is not None and future != stored.future:
+    return sources.stored_scores(scores, source.what, run, name)
+
+
+def _asked(
+    source: sources.StateSource,
+    future: em.datasets.Future | None,
+    stored: sources.FrameScores | None,
+) -> em.datasets.Future | None:
+    """What is asked of the states' future: that of their scores in a file, or the given one.
+
+    Raises ValueError if both are there and differ, and without a dataset."""
+    if stored is not None and future is not None and future != stored.future:
         asks = "states as they are" if stored.future is None else f"the future: {stored.future}"
         raise ValueError(
             f"what is asked is {future}, but the scores are about {asks}: leave the horizon out, "
             "or give another run"
         )
-    return stored
-
-
-def _asked(source: sources.StateSource, future: em.datasets.Future | None) -> sources.StateSource:
-    """The source whose states are asked about this future; ValueError on what is no dataset."""
     if future is not None and not isinstance(source.what, em.datasets.Dataset):
         raise ValueError(
             f"the horizon is {future.frames} frames, but there is no dataset that has them: give a "
             "problem its horizon in seconds, problem.replace(horizon=...)"
         )
-    return replace(source, future=future)
+    return future if stored is None else stored.future
 
 
 def page_of_grasps(scores: em.grasps.GraspScores, scoring: ShareProgress | None = None) -> Page:

@@ -1,5 +1,5 @@
-"""Recordings in a scene: their frames as states without overlaps, and with labels as a dataset, to be
-scored and evaluated as any other."""
+"""Recordings in a scene: their frames as states without overlaps, and with labels as a dataset that
+is scored and evaluated as any other."""
 
 from __future__ import annotations
 
