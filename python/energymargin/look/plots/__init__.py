@@ -12,7 +12,12 @@ from energymargin.base.errors import needs_extra
 with needs_extra("a picture", "plots"):
     import matplotlib  # noqa: F401
 
-from energymargin.look.plots.actions import figure_improvement, plot_ranking
+from energymargin.look.plots.actions import (
+    figure_improvement,
+    figure_margin_profile,
+    plot_margin_profile,
+    plot_ranking,
+)
 from energymargin.look.plots.beliefs import figure_belief
 from energymargin.look.plots.companions import (
     figure_grasp,
@@ -27,7 +32,6 @@ from energymargin.look.plots.limits import (
     plot_critical_value,
     plot_critical_values,
 )
-from energymargin.look.plots.profile import figure_margin_profile, plot_margin_profile
 from energymargin.look.plots.results import (
     figure_engines,
     plot_effort,

@@ -7,7 +7,7 @@
     bodies        names, by the numbers in the contacts
 
 The same dataset makes the same bytes: blocks are cut, chunks written, and bodies numbered as the
-trajectories alone say.
+trajectories alone say. A file is there whole, or as it was; also on a full disk.
 """
 
 from __future__ import annotations

@@ -3,6 +3,9 @@
 A file of any size is made in shards by any number of workers. Each shard is on disk as soon as it
 is done, so that the next run goes on where one ended. The file is the same to the byte, whoever
 made which shard.
+
+A store beside the dataset's file, `.push.h5.parts`, has the shards that are done: trajectories in a
+row, as a .npz of a Block. So a run may end at any moment, and another one goes on.
 """
 
 from __future__ import annotations
@@ -45,8 +48,6 @@ Progress = Callable[[int, int], None]
 SHARD_TRAJECTORIES = 50
 SHARD_STATES = 20_000
 SHARDS, REQUEST = b"shards", b"request"  # what the store has
-Span = tuple[int, int]
-"""Trajectories: the first, and the one after the last."""
 
 
 def generate(
@@ -96,10 +97,22 @@ def generate(
     with TemporaryDirectory() as temporary:
         file = Path(temporary, "dataset.h5") if path is None else Path(path)
         with opened_parts(file, request) as parts:
-            chosen = _executor(made, request, parts.missing(total), processes, executor)
-            _make_missing(parts, made, chosen, total=total, limit=limit, progress=progress)
-            still_missing = parts.missing(total)
-            count = still_missing[0][0] if still_missing else total
+            shards = parts.missing(total)
+            workers = _executor(made, len(shards), processes, executor)
+            done = total - sum(map(len, shards))
+            if done and progress is not None:
+                progress(done, total)
+            ask(
+                shards,
+                partial(generate_shard, request, made if workers is None else None),
+                parts.keep_shards,
+                most=request.most,
+                total=total,
+                progress=progress and (lambda now, _: progress(done + now, total)),
+                executor=workers or Threads(1),
+                **limit.rest(),
+            )
+            count = next((first for first, *_ in parts.missing(total)), total)
             if count == 0:
                 limit.require("one trajectory was done")
             whole = parts.trajectories(count)
@@ -109,50 +122,10 @@ def generate(
         return load(file) if path is None else open(file)
 
 
-def _make_missing(
-    parts: Parts,
-    task: Task,
-    executor: Executor | None,
-    *,
-    total: int,
-    limit: Limit,
-    progress: Progress | None,
-) -> None:
-    """Makes the trajectories that are in no shard; an executor of None is this process."""
-    size = parts.request.most
-    missing = parts.missing(total)
-    done = total - sum(last - first for first, last in missing)
-    if done and progress is not None:
-        progress(done, total)
-
-    def keep(shards: Pairs[int, Block | None]) -> None:
-        for first, block in shards:  # written as soon as they come
-            if block is not None:
-                parts.add(first, block)
-
-    ask(
-        (
-            range(k, min(k + size, last))
-            for first, last in missing
-            for k in range(first, last, size)
-        ),
-        *(partial(generate_shard, parts.request, task if executor is None else None), keep),
-        most=size,
-        total=total,
-        progress=progress and (lambda now, _: progress(done + now, total)),
-        executor=executor or Threads(1),
-        **limit.rest(),
-    )
-
-
 def _executor(
-    task: Task,
-    request: Request,
-    missing: list[Span],
-    processes: int | None,
-    executor: Executor | None,
+    task: Task, shards: int, processes: int | None, executor: Executor | None
 ) -> Executor | None:
-    """Where the missing trajectories are made; None: in this process."""
+    """Where so many shards are made; None: in this process."""
     if executor is not None:
         if processes not in (None, 1):
             raise ValueError(f"processes is {processes}, expected 1 or None with an executor")
@@ -162,7 +135,7 @@ def _executor(
         processes = core_count("processes", None) if _can_be_made_again(task) else 1
     elif processes > 1:
         _require_registered(task, f"processes is {processes}")
-    processes = min(processes, sum(-(-(last - first) // request.most) for first, last in missing))
+    processes = min(processes, shards)
     return None if processes <= 1 else Processes(processes)
 
 
@@ -276,12 +249,18 @@ class Parts(AnswerFile):
         np.savez(file, rows=block.rows, bodies=np.array(json.dumps(block.bodies)), **columns)
         self.keep(SHARDS, file.getvalue(), first, len(block))
 
-    def missing(self, total: int) -> list[Span]:
-        """The trajectories of `total` that are in no shard, rising."""
-        missing, begin = [], 0
+    def keep_shards(self, made: Pairs[int, Block | None]) -> None:
+        """Keeps shards, each beside the first of its trajectories, as soon as they come."""
+        for first, block in made:
+            if block is not None:
+                self.add(first, block)
+
+    def missing(self, total: int) -> list[range]:
+        """The trajectories of `total` that are in no shard, rising, as the shards to make."""
+        missing, begin, size = list[range](), 0, self.request.most
         for first, last in [*self.spans(SHARDS), (total, total)]:
-            if begin < min(first, total):
-                missing.append((begin, min(first, total)))
+            end = min(first, total)
+            missing += [range(k, min(k + size, end)) for k in range(begin, end, size)]
             begin = max(begin, last)
         return missing
 

@@ -27,9 +27,8 @@ from energymargin.records.recordings.formats import (
     require_own_files,
     require_recording,
 )
-from energymargin.records.recordings.outliers import gap_limits, lost
 from energymargin.records.recordings.recording import Recording
-from energymargin.records.recordings.smoothing import interpolated, usual_step
+from energymargin.records.recordings.smoothing import gap_limits, interpolated, lost, usual_step
 from energymargin.records.recordings.table import BODIES, PLANAR, SPATIAL, FileSource, Floats, Mask
 
 if TYPE_CHECKING:
