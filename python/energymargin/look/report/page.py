@@ -134,7 +134,7 @@ def _page(subject: Subject, options: Options, output: Path, tell: Progress) -> d
     labelled, future = subject.labelled, subject.run.future
     frames = options.frames_of(int(subject.ahead.max()), None if future is None else future.frames)
     asked: dict[str, Any] = {"last": options.last, "draws": options.draws, "seed": options.seed}
-    results = []
+    results: list[em.evaluation.Evaluation] = []
     for scores, among, horizons in em.evaluation.tables_of(labelled, subject.now):
 
         def counted(done: int, total: int, before: int = len(results)) -> None:

@@ -25,6 +25,7 @@ from energymargin.records import datasets
 from energymargin.records.datasets import Dataset
 from energymargin.records.recordings import lerobot
 from energymargin.records.recordings.cleaning import MOST_REPAIRED
+from energymargin.records.recordings.formats import INFO
 from energymargin.records.store.file import ScoreStore
 from energymargin.records.store.run import Run
 
@@ -249,7 +250,7 @@ def export_lerobot(
         shutil.copytree(folder, part)
         for file in lerobot.data_files(part):
             _add_columns(file, episodes)
-        _add_features(part / lerobot.INFO, named)
+        _add_features(part / INFO, named)
         os.replace(part, output)
     finally:
         shutil.rmtree(part, ignore_errors=True)
