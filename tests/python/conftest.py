@@ -80,7 +80,7 @@ def pytest_collection_modifyitems(items):
 @pytest.fixture(scope="session")
 def chromium():
     """The browser of all tests in a process."""
-    from energymargin.look.viewer.browser import headless_page
+    from energymargin.look.viewer.page import headless_page
 
     with headless_page() as page:
         yield page.context.browser

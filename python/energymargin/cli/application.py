@@ -41,19 +41,8 @@ TRACEBACK = "--traceback"
 GROUP = "energymargin.commands"
 """Entry points of this group name functions or cyclopts Apps: commands of other packages."""
 OWN = (
-    *(
-        "demo",
-        "tasks",
-        "generate",
-        "score",
-        "evaluate",
-        "export",
-        "learn",
-        "rank",
-        "compare",
-        "limits",
-    ),
-    *("settle", "doctor", "placements", "grasps", "report", "import", "view"),
+    *("demo", "tasks", "generate", "score", "evaluate", "export", "learn", "rank", "compare"),
+    *("limits", "settle", "doctor", "placements", "grasps", "report", "import", "view"),
 )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import energymargin as em
 from energymargin.cli.terminal import out
 
 
@@ -19,7 +20,4 @@ def compare(a: Path, b: Path, /, *, confidence: float = 0.95) -> None:
         b: Another one; episodes are paired by their seeds, or else by their order.
         confidence: With which "better" is said.
     """
-    from energymargin import actions
-    from energymargin.summary import summary
-
-    out.print(summary(actions.compare(a, b, confidence=confidence)))
+    out.print(em.summary.summary(em.compare(a, b, confidence=confidence)))

@@ -5,33 +5,33 @@ from __future__ import annotations
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
+import numpy as np
 from cyclopts import Parameter
 from rich.markup import escape
 
-from energymargin import SearchSettings
+import energymargin as em
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_figure
-from energymargin.cli.demo_grips import draw_grips, score_grips
 from energymargin.cli.evaluate import print_evaluation
 from energymargin.cli.fields import options_of
 from energymargin.cli.options import WHERE, Where
-from energymargin.cli.places import require_own_folder
+from energymargin.cli.places import require_own_folder, write_plot
 from energymargin.cli.progress import share_bar
-from energymargin.cli.score import scored_run
+from energymargin.cli.score import Scoring
 from energymargin.cli.terminal import err, out, say
-from energymargin.summary import summary
-
-if TYPE_CHECKING:
-    from energymargin.datasets import Dataset
-    from energymargin.evaluation import LabelledScores
-    from energymargin.grasps import GraspScores
 
 TASK = "push"
 FRAMES = 10
-SEARCH = SearchSettings(nodes=30)
+SEARCH = em.SearchSettings(nodes=30)
 SUFFIXES = {".h5", ".db", ".md", ".csv", ".png", ".html"}
+HANDLE, HEAD = (0.024, 0.22, 0.024), (0.11, 0.05, 0.05)  # m: along x, y and z, on a table
+MASS = 0.4  # kg, of hard wood
+BELOW_HEAD = (0.02, 0.05, 0.08, 0.11, 0.14, 0.17)  # m, of the middle of the pads
+POSE_ERRORS = (0.003, 0.003, 0.001, 0.02, 0.02, 0.03)  # m, rad: standard deviations
+FRICTION_ERROR = 0.1  # standard deviation
+LIFT, LARGEST_TILT = 0.15, 0.6  # m, rad
 
 
 @options_of(SEARCH, "nodes", "seed")
@@ -59,9 +59,6 @@ def demo(
         overwrite: Take a folder that has files of others too, and replace those of the same
             names.
     """
-    from energymargin import datasets
-    from energymargin.store import dataset_metrics
-
     require_own_folder(output, overwrite=overwrite)
     settings, executor = replace(SEARCH, **given), Where(threads=threads).executor()
     say(
@@ -70,28 +67,25 @@ def demo(
         "and two with 100 nodes in place of 30."
     )
     path = output / f"{TASK}.h5"
-    if not _is_there(path, trajectories, settings.seed):
-        with bar(f"Generating {TASK}", "trajectories") as progress:
-            asked: Any = {"trajectories": trajectories, "frames": FRAMES, "seed": settings.seed}
-            datasets.generate(TASK, path=path, progress=progress, **asked).close()
-    dataset = datasets.load(path)
-    database = output / f"{TASK}-scores.db"
-    metrics = dataset_metrics(dataset, None, settings)
-    with scored_run(dataset, database, settings, metrics, executor) as (run, _):
+    with bar(f"Generating {TASK}", "trajectories") as progress:
+        asked: Any = {"trajectories": trajectories, "frames": FRAMES, "seed": settings.seed}
+        em.datasets.generate(TASK, path=path, progress=progress, **asked).close()
+    dataset = em.datasets.load(path)
+    scoring = Scoring(dataset, output / f"{TASK}-scores.db", settings, executor)
+    with scoring.run(scoring.metrics()) as (run, _):
         labelled = run.labelled_scores()
-    print_evaluation(labelled, [output / "table.md", output / "table.csv"], seed=settings.seed)
+    tables, files = em.evaluation.tables_of(labelled), [output / "table.md", output / "table.csv"]
+    print_evaluation(tables, files, seed=settings.seed)
     scores = score_grips(trials, executor)
     out.print()
-    out.print(summary(scores))
+    out.print(em.summary.summary(scores))
     if find_spec("matplotlib") is None:
         say(escape("Pictures of all that need matplotlib: pip install 'energymargin[plots]'"))
     else:
         _draw(dataset, labelled, settings, scores, output)
     if find_spec("skimage") is not None:
-        from energymargin.viewer import view
-
         with share_bar(err) as tell:
-            page = view(scores, scoring=lambda share: tell("The grips as a page", share))
+            page = em.viewer.view(scores, scoring=lambda share: tell("The grips as a page", share))
         page.save(output / "grips.html")
         say("Open grips.html there in a browser: the grips turn and play")
     written = sorted(path.name for path in output.iterdir() if path.suffix in SUFFIXES)
@@ -103,23 +97,36 @@ def demo(
 
 
 def _draw(
-    dataset: Dataset, labelled: LabelledScores, settings: Any, scores: GraspScores, output: Path
+    dataset: em.datasets.Dataset,
+    labelled: em.evaluation.LabelledScores,
+    settings: em.SearchSettings,
+    scores: em.grasps.GraspScores,
+    output: Path,
 ) -> None:
     """Pictures of pushes and grips."""
-    # Slow to load, which Ctrl-C would wait for.
-    from energymargin.plots import figure_along, figure_trees
-
-    trees = figure_trees(dataset, settings.nodes, settings.seed)
+    trees = em.plots.figure_trees(dataset, settings.nodes, settings.seed)
     replace_figure(output / "qualitative.png", trees)
-    replace_figure(output / "scores.png", figure_along(dataset, labelled))
-    draw_grips(scores, output)
+    replace_figure(output / "scores.png", em.plots.figure_along(dataset, labelled))
+    replace_figure(output / "grip.png", em.plots.figure_grasp(scores, scores.best), dpi=150)
+    write_plot(output / "grips.png", em.plots.plot_grasps(scores))
 
 
-def _is_there(path: Path, trajectories: int, seed: int) -> bool:
-    """Whether a file has these pushes already."""
-    from energymargin import datasets
-
-    if not path.exists():
-        return False
-    with datasets.load(path) as found:
-        return bool(found.seed == seed and found.lengths.tolist() == [FRAMES] * trajectories)
+def score_grips(trials: int, executor: em.executors.Executor) -> em.grasps.GraspScores:
+    """A Panda lifts a mallet by its handle in six ways, so many trials each."""
+    handle = em.Part(em.Box(HANDLE), (0.0, -HANDLE[1] / 2, HANDLE[2] / 2))
+    head = em.Part(em.Box(HEAD), (0.0, HEAD[1] / 2, HEAD[2] / 2))
+    poses = np.tile(np.diag([1.0, -1.0, -1.0, 1.0]), (len(BELOW_HEAD), 1, 1))  # from above
+    poses[:, 1, 3], poses[:, 2, 3] = -np.array(BELOW_HEAD), HANDLE[2] / 2
+    names = tuple(f"{100 * below:.0f} cm below the head" for below in BELOW_HEAD)
+    motions = [em.grasps.Motion("lift", 0.6, LIFT), em.grasps.Motion("hold", 0.4)]
+    with bar("Gripping a mallet", "grips") as progress:
+        return em.grasps.score(
+            em.grasps.GraspSet(poses, names=names),
+            "panda",
+            em.grasps.GraspObject(em.Compound([handle, head]), MASS),
+            em.grasps.Protocol(motions, table=True, angle=LARGEST_TILT),
+            belief=em.grasps.GraspBelief(pose=POSE_ERRORS, friction=FRICTION_ERROR),
+            rollouts=trials,
+            executor=executor,
+            progress=progress,
+        )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import energymargin as em
 from energymargin.cli.terminal import loading, out
 
 
@@ -21,13 +22,12 @@ def doctor(model: Path, /, *, time: float = 1.0) -> None:
     with loading():
         import mujoco
 
-        from energymargin import mujoco as companion
-        from energymargin.summary import summary
+        import energymargin.mujoco  # noqa: F401
     try:
         read = mujoco.MjModel.from_xml_path(str(model))
     except ValueError as error:
         raise ValueError(f"{model} is no model of MuJoCo: {error}") from error
-    found = companion.doctor(read, time=time)
-    out.print(summary(found))
+    found = em.mujoco.doctor(read, time=time)
+    out.print(em.summary.summary(found))
     if found.findings:
         raise SystemExit(1)

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
+import energymargin as em
 from energymargin.base.replacing import replace_text
 from energymargin.cli.options import Outputs
 from energymargin.cli.places import require_free
+from energymargin.cli.progress import share_bar
 from energymargin.cli.terminal import err, out
-from energymargin.summary import summary
 
-if TYPE_CHECKING:
-    from energymargin.evaluation import Among, Evaluation, LabelledScores
-    from energymargin.store import Run, ScoreStore
+Labelled = em.evaluation.LabelledScores
 
 
 def evaluate(
@@ -51,70 +50,41 @@ def evaluate(
         seed: Seed of the bootstrap intervals.
         overwrite: Replace the file if it exists.
     """
-    from energymargin.store import ScoreStore
-
     for path in output or []:
         require_free(path, overwrite=overwrite, suffixes=WRITERS)
-    with ScoreStore(scores) as store:
-        labelled, now = question_of(store, store.run(run))
+    with em.store.ScoreStore(scores) as store:
+        asked = store.labelled_scores(store.run(run))
+    tables = em.evaluation.tables_of(*asked, among=among, frames=frames, clipped=clipped)
     options: dict[str, Any] = {"last": last, "clipped": clipped, "draws": draws, "seed": seed}
-    print_evaluation(labelled, output or [], among, now=now, frames=frames, **options)
-
-
-def question_of(store: ScoreStore, run: Run) -> tuple[LabelledScores, LabelledScores | None]:
-    """The scores of a run; and of one with a horizon, those of the states as they are."""
-    now = store.beside(run)
-    return run.labelled_scores(), None if now is None else now.labelled_scores()
+    print_evaluation(tables, output or (), **options)
 
 
 def print_evaluation(
-    labelled: LabelledScores,
-    outputs: Sequence[Path],
-    among: Among | None = None,
-    *,
-    now: LabelledScores | None = None,
-    frames: Sequence[int] | None = None,
+    tables: Sequence[tuple[em.evaluation.LabelledScores, em.evaluation.Among, Sequence[int]]],
+    outputs: Sequence[Path] = (),
     **options: Any,
 ) -> None:
-    """AUC and AP, on the terminal and into files: the tables of `tables_of`, or with `among` or
-    `frames` those that are chosen.
-
-    `options` are others of `evaluation.evaluate`.
-    """
-    from energymargin.evaluation import tables_of
-
-    clipped = options.get("clipped", False)
-    tables = tables_of(labelled, now, among=among, frames=frames, clipped=clipped)
-    results = print_tables(tables, **options)
-    for path in outputs:
-        replace_text(path, WRITERS[path.suffix](results))
-
-
-def print_tables(
-    tables: Sequence[tuple[LabelledScores, Among, Sequence[int]]], **options: Any
-) -> list[Evaluation]:
-    """Prints tables as of `tables_of`, and returns them."""
-    from energymargin import evaluation
-    from energymargin.cli.progress import share_bar
-
+    """AUC and AP, on the terminal and into files: the tables of `em.evaluation.tables_of`, with
+    these options of `em.evaluation.evaluate`."""
     with share_bar(err) as bar:
         options["progress"] = lambda done, total: bar("AUC and AP", done / total)
         results = [
-            evaluation.evaluate(scores, among=among, frames=frames, **options)
+            em.evaluation.evaluate(scores, among=among, frames=frames, **options)
             for scores, among, frames in tables
         ]
     for number, result in enumerate(results):
         if number:
             out.print()
-        out.print(summary(result))
-    return results
+        out.print(em.summary.summary(result))
+    for path in outputs:
+        replace_text(path, WRITERS[path.suffix](results))
 
 
-def _markdown(results: Sequence[Evaluation]) -> str:
+def _markdown(results: Sequence[em.evaluation.Evaluation]) -> str:
     return "\n".join(result.to_markdown() for result in results)
 
 
-def _csv(results: Sequence[Evaluation]) -> str:
+def _csv(results: Sequence[em.evaluation.Evaluation]) -> str:
     first, *more = (result.to_csv() for result in results)
     return first + "".join(text.split("\n", 1)[1] for text in more)
 

@@ -7,6 +7,7 @@ from typing import Annotated
 
 from rich.markup import escape
 
+import energymargin as em
 from energymargin.cli.options import Output, panel, require_beside
 from energymargin.cli.places import dataset_of, require_free
 from energymargin.cli.terminal import out, say
@@ -41,27 +42,25 @@ def export(
         data: The dataset, for --lerobot; if not given, the one beside the scores: push.h5 of
             push-scores.db.
     """
-    from energymargin import store
-
     if lerobot is not None:
         if output is None:
             raise ValueError(f"--lerobot is {lerobot}, expected -o with the name of a new folder")
         beside = dataset_of(scores, data)
-        names = store.export_lerobot(scores, beside, lerobot, output, run=run)
+        names = em.store.export_lerobot(scores, beside, lerobot, output, run=run)
         say(f"Wrote {escape(str(output))}, a copy with {', '.join(names)}")
         return
     require_beside("lerobot", lerobot, data=data)
-    with store.ScoreStore(scores) as opened:
+    with em.store.ScoreStore(scores) as opened:
         if output is None:
             for listed in opened.runs():
                 out.print(str(listed), soft_wrap=True, highlight=False)
             return
         chosen = opened.runs() if run is None else [opened.run(run)]
         curves = any(written.has_curves for written in chosen)
-    curves_file = store.curves_path(output)
+    curves_file = em.store.curves_path(output)
     for path in (output, curves_file) if curves else (output,):
         require_free(path, overwrite=overwrite)
-    rows = store.export(scores, output, run=run)
+    rows = em.store.export(scores, output, run=run)
     more = f", and their curves to {escape(str(curves_file))}" if curves else ""
     of = f" of {len(chosen)} runs" if len(chosen) > 1 else ""
     say(f"Wrote {rows} rows{of} to {escape(str(output))}{more}")

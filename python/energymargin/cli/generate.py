@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import Parameter
 from rich.markup import escape
 
+import energymargin as em
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_figure
 from energymargin.cli.options import (
@@ -22,9 +23,6 @@ from energymargin.cli.options import (
 )
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import TIMED_OUT, say
-
-if TYPE_CHECKING:
-    from energymargin.datasets import Dataset
 
 
 def generate(
@@ -60,19 +58,17 @@ def generate(
         processes: Processes; all cores if not given, and there is work for them. The file does not
             depend on it.
     """
-    from energymargin import datasets, tasks
-
     if picture is not None and find_spec("matplotlib") is None:  # before there is work to lose
         raise ImportError("--picture draws with matplotlib: pip install 'energymargin[plots]'")
     require_one(processes=processes, scheduler=where.scheduler)
     output = output or Path(f"{task}.h5")
-    made = tasks.make(task, engine=engine, **parsed(parameter))
+    made = em.tasks.make(task, engine=engine, **parsed(parameter))
     require_free(output, overwrite=overwrite)
     if picture is not None:
         require_free(picture, overwrite=overwrite, option="--picture")
     try:
         with bar(f"Generating {made.name}", "trajectories") as progress:
-            dataset = datasets.generate(
+            dataset = em.datasets.generate(
                 made,
                 path=output,
                 trajectories=trajectories,
@@ -84,15 +80,13 @@ def generate(
                 timeout=where.timeout,
             )
     except (KeyboardInterrupt, OSError, RuntimeError):
-        if count := datasets.trajectories_kept(output):
+        if count := em.datasets.trajectories_kept(output):
             kept = f"{count} of {trajectories} trajectories are kept beside {escape(str(output))}"
             say(f"{kept}; the same command goes on from there.")
         raise
     with dataset:
         if picture is not None:
-            from energymargin.plots import figure_trees
-
-            replace_figure(picture, figure_trees(dataset, PICTURE_NODES, seed))
+            replace_figure(picture, em.plots.figure_trees(dataset, PICTURE_NODES, seed))
         say_written(dataset, output)
         if len(dataset.trajectories) < trajectories:
             say(
@@ -102,7 +96,7 @@ def generate(
             raise SystemExit(TIMED_OUT)
 
 
-def say_written(dataset: Dataset, path: Path, judged: str = "") -> None:
+def say_written(dataset: em.datasets.Dataset, path: Path, judged: str = "") -> None:
     """Prints what a dataset's file has, and the command that comes next."""
     counts = f"{len(dataset.trajectories)} trajectories ({dataset.successes.sum()} successful"
     say(

@@ -8,17 +8,15 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
 from cyclopts import Parameter
 
+import energymargin as em
 from energymargin.base.checks import check_type, one_of, shown, whole_number
 from energymargin.cli.fields import split
 from energymargin.cli.options import panel, parsed
-
-if TYPE_CHECKING:
-    from energymargin.grasps import GraspBelief, GraspSet, Hand, Protocol
 
 Made = TypeVar("Made")
 OF_FILE = {
@@ -55,16 +53,14 @@ class Rows:
     """Where the object is, if the poses are not in its frame: x,y,z,qx,qy,qz,qw, or a CSV file with
     columns in common, as layout and object."""
 
-    def read(self, file: Path) -> GraspSet:
+    def read(self, file: Path) -> em.grasps.GraspSet:
         """The grasps. Raises ValueError on those of several objects."""
-        from energymargin.grasps import read
-
         pose: Path | list[float] | None = None
         if self.object_pose is not None:
             there = Path(self.object_pose).exists()
             pose = Path(self.object_pose) if there else numbers("--object-pose", self.object_pose)
         with arguments_as_options(OF_FILE):
-            found = read(
+            found = em.grasps.read(
                 file,
                 frame=None if self.frame is None else chosen_frame(self.frame),
                 object=pose,
@@ -135,68 +131,60 @@ def arguments_as_options(options: Mapping[str, str]) -> Iterator[None]:
         raise ValueError(text) from error
 
 
-def chosen_hand(text: str) -> Hand:
+def chosen_hand(text: str) -> em.grasps.Hand:
     """The hand of --hand. Raises ValueError on what is none."""
-    from energymargin import Pad
-    from energymargin.grasps import HANDS, HandFile, ParallelGripper
-
-    if text in HANDS:
-        return HANDS[text]
+    hands = em.grasps.HANDS
+    if text in hands:
+        return hands[text]
     if Path(text).suffix in (".urdf", ".xml"):
         hand = {"path": text, "close": {"JOINT": ["OPEN", "CLOSED"]}, "fingers": ["LINK", "LINK"]}
         way = json.dumps({**hand, "frame": "LINK"})
-        raise ValueError(f"--hand is {text!r}, expected {', '.join(HANDS)}, or of a file '{way}'")
-    given = _given("--hand", text, HANDS)
+        raise ValueError(f"--hand is {text!r}, expected {', '.join(hands)}, or of a file '{way}'")
+    given = _given("--hand", text, hands)
     if "path" in given:
         if given.get("pads") is not None:
             check_type("--hand pads", given["pads"], Mapping, "JSON of links and their pads")
             pads = given["pads"].items()
-            given["pads"] = {link: _with("--hand pads", Pad, pad) for link, pad in pads}
-        return _with("--hand", HandFile, given)
+            given["pads"] = {link: _with("--hand pads", em.Pad, pad) for link, pad in pads}
+        return _with("--hand", em.grasps.HandFile, given)
     if given.get("pads") is not None:
-        given["pads"] = _with("--hand pads", Pad, given["pads"])
-    return _with("--hand", ParallelGripper, given, _preset("--hand", given, HANDS))
+        given["pads"] = _with("--hand pads", em.Pad, given["pads"])
+    return _with("--hand", em.grasps.ParallelGripper, given, hands)
 
 
-def chosen_protocol(text: str) -> Protocol:
+def chosen_protocol(text: str) -> em.grasps.Protocol:
     """The protocol of --protocol. Raises ValueError on what is none."""
-    from energymargin.grasps import PROTOCOLS, Motion, Protocol
-
-    if text in PROTOCOLS:
-        return PROTOCOLS[text]
-    given = _given("--protocol", text, PROTOCOLS)
+    protocols = em.grasps.PROTOCOLS
+    if text in protocols:
+        return protocols[text]
+    given = _given("--protocol", text, protocols)
     for number, motion in enumerate(given.get("motions", [])):
-        given["motions"][number] = _with("--protocol motions", Motion, motion)
-    return _with("--protocol", Protocol, given, _preset("--protocol", given, PROTOCOLS))
+        given["motions"][number] = _with("--protocol motions", em.grasps.Motion, motion)
+    return _with("--protocol", em.grasps.Protocol, given, protocols)
 
 
-def chosen_belief(text: str | None) -> GraspBelief | str | None:
+def chosen_belief(text: str | None) -> em.grasps.GraspBelief | str | None:
     """The belief of --belief, or its name; distributions are those of an Uncertainty in JSON.
     Raises ValueError on what is none."""
     if text is None or text == "lab":
         return text
-    from energymargin.beliefs import Uncertainty
-    from energymargin.grasps import GraspBelief
-
     given = _given("--belief", text)
     values = {"about": given.pop("about", "grasp")}
     for name, value in given.items():
         own = {"mass" if name == "force" else name: value}
         one_of("--belief", name, ("pose", "friction", "mass", "force", "about"))
-        (values[name],) = Uncertainty.from_json(json.dumps(own)).given.values()
-    return GraspBelief(**values)
+        (values[name],) = em.beliefs.Uncertainty.from_json(json.dumps(own)).given.values()
+    return em.grasps.GraspBelief(**values)
 
 
 def chosen_frame(text: str) -> Any:
     """The frame of --frame: a name, a distance, or a pose."""
-    from energymargin.grasps import FRAMES
-
-    if text in FRAMES:
+    if text in em.grasps.FRAMES:
         return text
     try:
         values = numbers("--frame", text)
     except ValueError as error:
-        raise ValueError(f"{error}, or one of {', '.join(FRAMES)}") from None
+        raise ValueError(f"{error}, or one of {', '.join(em.grasps.FRAMES)}") from None
     return values[0] if len(values) == 1 else values
 
 
@@ -220,20 +208,18 @@ def numbers(option: str, text: str) -> list[float]:
         raise ValueError(f"{option} is {text!r}, expected numbers with commas between") from None
 
 
-def _preset(option: str, given: dict[str, Any], presets: Mapping[str, Made]) -> Made | None:
-    """The preset that is changed; None if none is named."""
-    name = given.pop("preset", None)
-    return None if name is None else presets[one_of(f"{option} preset", name, tuple(presets))]
-
-
-def _with(option: str, kind: type[Made], given: Any, preset: Made | None = None) -> Made:
-    """An instance with these fields, or a preset with these changed. Raises ValueError on others,
-    and on those that are missing."""
+def _with(
+    option: str, kind: type[Made], given: Any, presets: Mapping[str, Made] | None = None
+) -> Made:
+    """An instance with these fields, or the "preset" among them with the others changed. Raises
+    ValueError on others, and on those that are missing."""
     check_type(option, given, Mapping, "JSON such as {...}")
+    name = given.pop("preset", None) if presets else None
     known = {field.name: field for field in fields(kind)}  # type: ignore[arg-type]
     if unknown := [name for name in given if name not in known]:
         raise ValueError(f"{option} has {unknown[0]!r}, expected some of {', '.join(known)}")
-    if preset is not None:
+    if presets and name is not None:
+        preset = presets[one_of(f"{option} preset", name, tuple(presets))]
         return replace(preset, **given)  # type: ignore[type-var]
     lacks = [n for n, f in known.items() if f.default is f.default_factory is MISSING]
     if missing := [name for name in lacks if name not in given]:

@@ -5,17 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import numpy as np
 from cyclopts import Parameter
 from numpy.typing import NDArray
 from rich.markup import escape
 
+import energymargin as em
 from energymargin.base.bars import bar
 from energymargin.base.interrupts import on_interrupt
 from energymargin.base.plausibility import kept_warnings
-from energymargin.base.replacing import replace_figure, replace_text
+from energymargin.base.replacing import replace_text
 from energymargin.base.table_text import markdown_table
 from energymargin.cli.grasp_words import (
     OF_OBJECT,
@@ -29,18 +30,13 @@ from energymargin.cli.grasp_words import (
     chosen_protocol,
 )
 from energymargin.cli.options import Outputs, Where, given, panel
-from energymargin.cli.places import require_free
+from energymargin.cli.places import PICTURES, TEXTS, require_free, say_written, write_plot
+from energymargin.cli.progress import share_bar
 from energymargin.cli.terminal import TIMED_OUT, err, loading, out, say, warn
-from energymargin.summary import summary
 
-if TYPE_CHECKING:
-    from energymargin import Cancel
-    from energymargin.grasps import GraspObject, GraspScores, GraspSet
+Column = NDArray[np.float64]
 
-    Column = NDArray[np.float64]
-
-STORE, PAGE, PICTURES = ".db", ".html", (".png", ".pdf", ".svg")
-TEXTS = (".csv", ".md")
+STORE, PAGE = ".db", ".html"
 COARSE = 0.002  # m; parts that are farther from the mesh are felt by fingers
 SUFFIXES = (STORE, *TEXTS, PAGE, *PICTURES)
 
@@ -105,17 +101,16 @@ def grasps(
     store = _store(outputs, write)
     executor = runs.executor()
     with loading():
-        from energymargin.disturbances import Uniform
-        from energymargin.grasps import SUFFIXES as WRITTEN, GraspObject, score
+        import energymargin.grasps  # noqa: F401
 
         _import_extras(outputs, view)
     if write is not None:
-        require_free(write, overwrite=overwrite, option="--write", suffixes=WRITTEN)
-    disturbance, known = Uniform(strength), chosen_belief(belief)
+        require_free(write, overwrite=overwrite, option="--write", suffixes=em.grasps.SUFFIXES)
+    disturbance, known = em.disturbances.Uniform(strength), chosen_belief(belief)
     tried = chosen_hand(hand), chosen_protocol(protocol)
     found = rows.read(file)
     with arguments_as_options(OF_OBJECT):
-        object = GraspObject.of(found.object, **given(thing))
+        object = em.grasps.GraspObject.of(found.object, **given(thing))
     _say_read(file, found, object)
     with (
         _cancelled_by_interrupt() as cancel,
@@ -123,7 +118,7 @@ def grasps(
         kept_warnings(),
         bar("Scoring", "grasps") as progress,
     ):
-        scores = score(
+        scores = em.grasps.score(
             *(found, tried[0], object, tried[1]),
             belief=known,
             disturbance=disturbance,
@@ -134,7 +129,7 @@ def grasps(
             cancel=cancel,
             **given(trial),
         )
-    out.print(summary(scores))
+    out.print(em.summary.summary(scores))
     columns = _baselines(scores) if baselines else {}
     _write(scores, columns, file, [path for path in outputs if path != store], write)
     if not scores.complete:
@@ -170,7 +165,7 @@ def _import_extras(outputs: Sequence[Path], view: Path | None) -> None:
         import energymargin.viewer  # noqa: F401
 
 
-def _say_read(file: Path, grasps: GraspSet, object: GraspObject) -> None:
+def _say_read(file: Path, grasps: em.grasps.GraspSet, object: em.grasps.GraspObject) -> None:
     labels = grasps.labels[~np.isnan(grasps.labels)]
     held = f", {np.mean(labels >= 0.5):.0%} of them recorded as held" if len(labels) else ""
     say(f"{escape(str(file))}: {len(grasps)} grasps{held}; object: {object}")
@@ -180,33 +175,30 @@ def _say_read(file: Path, grasps: GraspSet, object: GraspObject) -> None:
 
 
 @contextmanager
-def _cancelled_by_interrupt() -> Iterator[Cancel]:
+def _cancelled_by_interrupt() -> Iterator[em.Cancel]:
     """Ctrl-C sets the Cancel, so that what is finished is shown; before that it stops at once."""
-    from energymargin import Cancel, Cancelled
-
-    cancel = Cancel()
+    cancel = em.Cancel()
     try:
         with on_interrupt(cancel.set):
             yield cancel
-    except Cancelled:
+    except em.Cancelled:
         raise KeyboardInterrupt from None
 
 
-def _baselines(scores: GraspScores) -> dict[str, Column]:
+def _baselines(scores: em.grasps.GraspScores) -> dict[str, Column]:
     """The columns of the baselines; their table is printed where labels say who is right."""
-    from energymargin.grasps import baselines, compare
-
     with bar("Baselines", "grasps") as progress:
-        columns = baselines(scores, progress=progress)
+        columns = em.grasps.baselines(scores, progress=progress)
     known = scores.grasps.labels[~np.isnan(scores.grasps.labels) & (scores.counted > 0)] >= 0.5
     if known.any() and not known.all():
         out.print()
-        out.print(summary(compare({"the object": scores}, columns={"the object": columns})))
+        found = em.grasps.compare({"the object": scores}, columns={"the object": columns})
+        out.print(em.summary.summary(found))
     return columns
 
 
 def _write(
-    scores: GraspScores,
+    scores: em.grasps.GraspScores,
     columns: dict[str, Column],
     file: Path,
     outputs: Sequence[Path],
@@ -219,30 +211,21 @@ def _write(
                 path, scores.to_csv(columns) if path.suffix == ".csv" else _markdown(scores)
             )
         elif path.suffix == PAGE:
-            from energymargin.cli.progress import share_bar
-            from energymargin.report import write_grasps
-
+            title = f"Grasps of {file.name}"
             with share_bar(err) as progress:
-                write_grasps(scores, path, title=f"Grasps of {file.name}", progress=progress)
+                em.report.write_grasps(scores, path, title=title, progress=progress)
         else:
-            from energymargin.plots import plot_grasps
-
-            figure = plot_grasps(scores).get_figure(root=True)
-            assert figure is not None
-            replace_figure(path, figure)
+            write_plot(path, em.plots.plot_grasps(scores))
     if grasps is not None and not (scores.counted > 0).any():
         warn(f"{grasps} is not written: no grasp has a score")
     elif grasps is not None:
         _write_grasps(scores, columns, grasps)
         outputs = [*outputs, grasps]
-    for path in outputs:
-        say(f"Wrote {escape(str(path))}")
+    say_written(outputs)
 
 
-def _write_grasps(scores: GraspScores, more: dict[str, Column], path: Path) -> None:
+def _write_grasps(scores: em.grasps.GraspScores, more: dict[str, Column], path: Path) -> None:
     """The grasps that have scores, with them."""
-    from energymargin.grasps import write
-
     scored = scores.counted > 0
     low, high = scores.interval()[scored].T
     columns = {"probability": scores.probabilities[scored], "low": low, "high": high}
@@ -252,28 +235,25 @@ def _write_grasps(scores: GraspScores, more: dict[str, Column], path: Path) -> N
             columns[name] = column[scored]
     if not scored.all():
         warn(f"{path} lacks {(~scored).sum()} grasps that have no score")
-    write(path, scores.grasps[scored], columns, overwrite=True)
+    em.grasps.write(path, scores.grasps[scored], columns, overwrite=True)
 
 
-def _say_stopped(scores: GraspScores, store: Path | None) -> None:
+def _say_stopped(scores: em.grasps.GraspScores, store: Path | None) -> None:
     done = f"{(scores.counted > 0).sum()} of {len(scores.grasps)} grasps are scored"
     none = ", and kept in no file: with -o scores.db the same command can go on"
     kept = f" and kept in {store}; the same command goes on from there."
     say(escape(done + (none if store is None else kept)))
 
 
-def _view(scores: GraspScores, path: Path) -> None:
+def _view(scores: em.grasps.GraspScores, path: Path) -> None:
     """Writes the page on which the grasps turn and play."""
-    from energymargin.cli.progress import share_bar
-    from energymargin.viewer import view
-
     with kept_warnings(), share_bar(err) as tell:
-        view(scores, scoring=lambda share: tell("The page", share)).save(path)
-    say(f"Wrote {escape(str(path))}")
+        em.viewer.view(scores, scoring=lambda share: tell("The page", share)).save(path)
+    say_written([path])
 
 
-def _markdown(scores: GraspScores) -> str:
+def _markdown(scores: em.grasps.GraspScores) -> str:
     """The table of all grasps, and what was asked."""
     table = scores.table()
     ranked = markdown_table(list(table), zip(*table.values(), strict=True))
-    return "\n".join((summary(scores.trials).to_markdown(), ranked, ""))
+    return "\n".join((em.summary.summary(scores.trials).to_markdown(), ranked, ""))

@@ -8,18 +8,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 from rich.markup import escape
 
+import energymargin as em
 from energymargin.cli.generate import say_written
 from energymargin.cli.options import Output, Parameters, panel, parsed, require_one
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import say, warn
-
-if TYPE_CHECKING:
-    from energymargin.recordings import Columns, Recording
 
 
 @panel("Bags of ROS 2", "*")
@@ -109,24 +107,22 @@ def importing(
         raise ValueError(
             "expected recordings with --task or --problem: energymargin import --help has examples"
         )
-    from energymargin import datasets, recordings, tasks
-
     output = output or Path(f"{task or (problem or Path()).stem}-recorded.h5")
     if problem is None:
-        made: Any = tasks.make(task or "", **parsed(parameter))
+        made: Any = em.tasks.make(task or "", **parsed(parameter))
     elif parameter:
         raise ValueError("--problem has no parameters, expected no -p: its file has all of them")
     else:
-        made = tasks.make("problem", file=str(problem.resolve()))
+        made = em.tasks.make("problem", file=str(problem.resolve()))
     require_free(output, overwrite=overwrite)
-    layout, read = recordings.Columns.of(columns), []
+    layout, read = em.recordings.Columns.of(columns), []
     for path in files:
         found = _read(path, layout, topics, vars(rules))
         frames = sum(len(one) for one in found)
         seconds = sum(one.times[-1] - one.times[0] for one in found)
         text = f"{frames} frames, {seconds:.3g} s; {found[0].repairs}"
         if len(found) > 1:
-            repaired = sum(one.repairs != recordings.Repairs() for one in found)
+            repaired = sum(one.repairs != em.recordings.Repairs() for one in found)
             text = f"{len(found)} episodes, {frames} frames, {seconds:.3g} s; repaired {repaired}"
         say(f"{escape(str(path))}: {text}")
         read += found
@@ -140,12 +136,12 @@ def importing(
     if problem is not None:
         known = {body for recording in read for body in recording.bodies}
         roles = {role: made.body(role) for role in ("object", "effector") if role in known}
-    told = _successes(files) if labels is None else recordings.read_labels(labels)
-    dataset = recordings.dataset(
+    told = _successes(files) if labels is None else em.recordings.read_labels(labels)
+    dataset = em.recordings.dataset(
         made,
         read,
         told,
-        captured=None if captured is None else recordings.read_frame_labels(captured),
+        captured=None if captured is None else em.recordings.read_frame_labels(captured),
         most_overlap=most_overlap,
         notice=lambda text: say(escape(text)),
         **roles,
@@ -153,36 +149,40 @@ def importing(
     dataset.save(output)
     _, reasons = dataset.possible_problems()
     if reasons:
-        warn(datasets.left_out_text(reasons, dataset.size))
+        warn(em.datasets.left_out_text(reasons, dataset.size))
     judged = " by their last states" if told is None else " by next.success"
     say_written(dataset, output, "" if labels is not None else judged)
 
 
 def _successes(files: Sequence[Path]) -> dict[str, bool] | None:
     """Which episodes succeeded, as LeRobot datasets say; None if one of the files does not."""
-    from energymargin.recordings import kind_of, read_successes
-
-    told = [read_successes(path) for path in files if kind_of(path) == "lerobot"]
+    told = [
+        em.recordings.read_successes(path)
+        for path in files
+        if em.recordings.kind_of(path) == "lerobot"
+    ]
     if len(told) < len(files) or None in told:
         return None
     return {name: success for one in told if one is not None for name, success in one.items()}
 
 
-def _read(path: Path, layout: Columns, topics: Topics, rules: dict[str, Any]) -> list[Recording]:
+def _read(
+    path: Path, layout: em.recordings.Columns, topics: Topics, rules: dict[str, Any]
+) -> list[em.recordings.Recording]:
     """The recordings of a file; `topics` are those of a bag, `rules` those of all readers."""
-    from energymargin import recordings
-
-    kind = recordings.kind_of(path)
+    kind = em.recordings.kind_of(path)
     if kind == "lerobot":
-        return recordings.read_lerobot(path, layout, **rules)
+        return em.recordings.read_lerobot(path, layout, **rules)
     if kind == "csv":
-        return [recordings.read_csv(path, layout, **rules)]
+        return [em.recordings.read_csv(path, layout, **rules)]
     if layout.columns or layout.units:
         raise ValueError(f"--columns has columns or units, expected the origin alone for {path}")
     if topics.bodies is None and None in (topics.object, topics.effector):
-        known = ", ".join(f"{name} ({kind})" for name, kind in recordings.bag_topics(path).items())
+        known = ", ".join(
+            f"{name} ({kind})" for name, kind in em.recordings.bag_topics(path).items()
+        )
         raise ValueError(
             f"{path}: expected --object-topic and --effector-topic for a bag; its topics are "
             f"{known or 'none'}"
         )
-    return [recordings.read_bag(path, origin=layout.origin, **topics.given(), **rules)]
+    return [em.recordings.read_bag(path, origin=layout.origin, **topics.given(), **rules)]

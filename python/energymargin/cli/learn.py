@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
+import numpy as np
 from cyclopts import Parameter
 from rich.markup import escape
 
+import energymargin as em
 from energymargin.cli.places import dataset_of, require_free
 from energymargin.cli.terminal import loading, out, say
-from energymargin.summary import summary
-
-if TYPE_CHECKING:
-    from energymargin.datasets import Dataset
-    from energymargin.surrogates import Surrogate
 
 BATCH = 1000  # states whose time is taken
 REPEATS = 20  # of which the fastest counts, whatever else the machine does
@@ -56,25 +53,24 @@ def learn(
     """
     require_free(output, overwrite=overwrite, suffixes=(".npz",))
     with loading():
-        from energymargin import datasets
-        from energymargin.store import ScoreStore
-        from energymargin.surrogates import Surrogate
+        import energymargin.surrogates  # noqa: F401
 
-    with ScoreStore(scores) as store, datasets.open(dataset_of(scores, data)) as dataset:
+    with (
+        em.store.ScoreStore(scores) as store,
+        em.datasets.open(dataset_of(scores, data)) as dataset,
+    ):
         chosen = store.run(run)
-        surrogate = Surrogate.learn(chosen, dataset, metric, coverage=coverage, seed=seed)
+        surrogate = em.Surrogate.learn(chosen, dataset, metric, coverage=coverage, seed=seed)
         batch, one, rollouts = *_seconds(surrogate, dataset), chosen.seconds()
     surrogate.save(output)
-    out.print(summary(surrogate))
+    out.print(em.summary.summary(surrogate))
     faster = f": {rollouts / batch:,.0f} times faster than its score" if rollouts else ""
     say(f"A state takes {1e6 * batch:.2g} us among {BATCH:,}, {1e3 * one:.2g} ms alone{faster}")
     say(f"Wrote {escape(str(output))}. Next: em.Surrogate.load({escape(repr(str(output)))})")
 
 
-def _seconds(surrogate: Surrogate, dataset: Dataset) -> tuple[float, float]:
+def _seconds(surrogate: em.Surrogate, dataset: em.datasets.Dataset) -> tuple[float, float]:
     """What a state takes in a batch, and alone [s]."""
-    import numpy as np
-
     first = dataset.trajectories[0]
     given = {**first.params, **({"time": 0.0} if "time" in surrogate.given else {})}
     states = np.resize(first.states, (BATCH, first.states.shape[1]))

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from html import escape as escape_html
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from rich.markup import escape
-
+import energymargin as em
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_text
 from energymargin.cli.grasp_words import (
@@ -19,16 +18,10 @@ from energymargin.cli.grasp_words import (
     chosen_protocol,
 )
 from energymargin.cli.options import Output, Where, given
-from energymargin.cli.places import require_free
-from energymargin.cli.terminal import TIMED_OUT, out, say, warn
-from energymargin.summary import summary
-
-if TYPE_CHECKING:
-    from energymargin.actions import CriticalValues
-    from energymargin.grasps import GraspLimits, GraspSet
+from energymargin.cli.places import print_markdown, require_complete, require_free, say_written
+from energymargin.cli.terminal import out
 
 CARDS = (".html", ".md", ".json")
-PLAIN: dict[str, Any] = {"markup": False, "highlight": False, "soft_wrap": True}
 PAGE = '<!doctype html><html lang="en"><meta charset="utf-8"><title>How much it can take: '
 
 
@@ -85,40 +78,37 @@ def limits(
     asked |= {"probability": probability, "confidence": confidence, "timeout": where.timeout}
     asked |= {} if draws is None else {"draws": draws}
     asked |= {"executor": where.executor(), "store": store}
-    found: CriticalValues | GraspLimits
+    found: em.actions.CriticalValues | em.grasps.GraspLimits
     if hand is None:
         found = _of_problem(file, asked)
     else:
         found = _of_grasps(rows.read(file), hand, protocol, thing, asked)
-    told = summary(found)
-    out.print(told.to_markdown() if hand is None else told, **PLAIN)
+    told = em.summary.summary(found)
+    if hand is None:
+        print_markdown(told.to_markdown())
+    else:
+        out.print(told, markup=False, highlight=False, soft_wrap=True)
     if output is not None:
         page = f"{PAGE}{escape_html(file.name)}</title>{told.to_html()}\n"
         cards = {".html": page, ".md": told.to_markdown()}
         replace_text(output, cards.get(output.suffix) or found.to_json())
-        say(f"Wrote {escape(str(output))}")
-    if not found.complete:
-        warn("the time was over before all values were tried")
-        raise SystemExit(TIMED_OUT)
+        say_written([output])
+    require_complete(found, "all values were tried")
 
 
-def _of_problem(file: Path, asked: dict[str, Any]) -> CriticalValues:
-    from energymargin import Problem, actions
-
+def _of_problem(file: Path, asked: dict[str, Any]) -> em.actions.CriticalValues:
     with bar("Searching", "rollouts") as progress:
-        return actions.critical_values(Problem.load(str(file)), progress=progress, **asked)
+        return em.critical_values(em.Problem.load(str(file)), progress=progress, **asked)
 
 
 def _of_grasps(
-    found: GraspSet, hand: str, protocol: str, thing: Thing, asked: dict[str, Any]
-) -> GraspLimits:
-    from energymargin import grasps
-
+    found: em.grasps.GraspSet, hand: str, protocol: str, thing: Thing, asked: dict[str, Any]
+) -> em.grasps.GraspLimits:
     with arguments_as_options(OF_OBJECT):
-        object = grasps.GraspObject.of(found.object, **given(thing))
+        object = em.grasps.GraspObject.of(found.object, **given(thing))
         what = (found, chosen_hand(hand), object, chosen_protocol(protocol))
         with bar("Searching", "grasps") as progress:
-            return grasps.limits(*what, progress=progress, **asked)
+            return em.grasps.limits(*what, progress=progress, **asked)
 
 
 def _range(text: str) -> tuple[str, tuple[float, float]]:

@@ -5,16 +5,12 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from cyclopts import Group, Parameter
 
+import energymargin as em
 from energymargin.cli.terminal import warn
-
-if TYPE_CHECKING:
-    from energymargin.beliefs import Sampling
-    from energymargin.datasets import Future
-    from energymargin.executors import Dask, Executor
 
 PlanWord = Literal["script", "hold", "none"]
 PICTURE_NODES = 100  # of the trees in the pictures of the tasks; the paper's
@@ -51,11 +47,9 @@ class Elsewhere:
     timeout: float | None = None
     """Seconds after which it ends with what is done; exit code 124."""
 
-    def cluster(self) -> Dask | None:
+    def cluster(self) -> em.executors.Dask | None:
         """The Dask cluster, if one is given; what its workers lack is printed."""
-        from energymargin.executors import Dask
-
-        return None if self.scheduler is None else Dask(self.scheduler, notice=warn)
+        return None if self.scheduler is None else em.executors.Dask(self.scheduler, notice=warn)
 
 
 @Parameter(name="*", group=WHERE)
@@ -68,13 +62,12 @@ class Where(Elsewhere):
     processes: int | None = None
     """So many processes instead of threads: a crash loses what was not kept, a second of work."""
 
-    def executor(self) -> Executor:
+    def executor(self) -> em.executors.Executor:
         """The chosen executor; threads if none is. Raises ValueError on more than one."""
-        from energymargin.executors import Processes, Threads
-
         require_one(threads=self.threads, processes=self.processes, scheduler=self.scheduler)
-        here = Threads(self.threads) if self.processes is None else Processes(self.processes)
-        return self.cluster() or here
+        if self.processes is not None:
+            return em.executors.Processes(self.processes)
+        return self.cluster() or em.executors.Threads(self.threads)
 
 
 def require_one(**options: Any) -> None:
@@ -86,28 +79,24 @@ def require_one(**options: Any) -> None:
 
 def chosen_future(
     frames: int | None, plan: PlanWord | None, **times: float | None
-) -> Future | None:
+) -> em.datasets.Future | None:
     """The Future of these options; None without frames. Raises ValueError on what cannot be."""
-    from energymargin.datasets import Future
-
     require_beside("frames", frames, plan=plan, **times)
     if frames is None:
         return None
     given: dict[str, Any] = {name: time for name, time in times.items() if time is not None}
-    return Future(frames, None if plan == "none" else plan or "script", **given)
+    return em.datasets.Future(frames, None if plan == "none" else plan or "script", **given)
 
 
-def chosen_sampling(belief: str | None, particles: int | None) -> Sampling | None:
+def chosen_sampling(belief: str | None, particles: int | None) -> em.beliefs.Sampling | None:
     """The Sampling of these options; None without a belief. Raises ValueError on particles without
     one, and on what is no uncertainty."""
-    from energymargin.beliefs import Sampling, Uncertainty
-
     require_beside("belief", belief, particles=particles)
     if belief is None:
         return None
     text = belief if belief.lstrip().startswith("{") else Path(belief).read_text()
-    known = Uncertainty.from_json(text)
-    return Sampling(known) if particles is None else Sampling(known, particles)
+    known = em.beliefs.Uncertainty.from_json(text)
+    return em.beliefs.Sampling(known, *([] if particles is None else [particles]))
 
 
 def require_beside(option: str, value: object, **others: object) -> None:

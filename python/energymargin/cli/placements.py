@@ -4,25 +4,18 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import numpy as np
-from rich.markup import escape
+from numpy.typing import NDArray
 
+import energymargin as em
 from energymargin.base.bars import bar
-from energymargin.base.replacing import replace_figure, replace_text
 from energymargin.cli.grasp_words import OF_OBJECT, Thing, arguments_as_options, chosen_hand
 from energymargin.cli.options import Outputs, Where, chosen_sampling, given, panel
-from energymargin.cli.places import require_free
-from energymargin.cli.terminal import TIMED_OUT, loading, out, say, warn
+from energymargin.cli.places import require_complete, require_outputs, show_table
+from energymargin.cli.terminal import loading
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from energymargin import Scene
-    from energymargin.grasps import GraspObject
-
-TEXTS, PICTURES = (".csv", ".md"), (".png", ".pdf", ".svg")
 GRID = panel("The grid, without a file of poses")
 
 
@@ -121,20 +114,17 @@ def placements(
         output: Also the table as .csv or .md, or a picture: .png, .pdf, .svg. May be repeated.
         overwrite: Replace files that exist.
     """
-    for path in output or ():
-        require_free(path, overwrite=overwrite, suffixes=(*TEXTS, *PICTURES))
     with loading():
-        from energymargin import placing
-        from energymargin.grasps import GraspObject
+        import energymargin.grasps
+        import energymargin.placing  # noqa: F401
 
-        if any(path.suffix in PICTURES for path in output or ()):
-            import energymargin.plots  # noqa: F401  says what is missing before it is computed
+        require_outputs(output or (), overwrite=overwrite, pictures=True)
     sampling, held = chosen_sampling(belief, None), release.chosen()
     with arguments_as_options(OF_OBJECT):
-        object = GraspObject.of(None, **given(thing))
+        object = em.grasps.GraspObject.of(None, **given(thing))
     scene = _scene(object, on, on_friction, on_scale, pose)
     with bar("Ranking", "draws") as progress:
-        found = placing.placements(
+        found = em.placements(
             scene,
             "object",
             None if poses is None else _poses(poses),
@@ -148,45 +138,29 @@ def placements(
             **held,
             **asdict(trials),
         )
-    table = found.to_markdown()
-    out.print(table, markup=False, highlight=False, soft_wrap=True)
-    for path in output or ():
-        if path.suffix in PICTURES:
-            from energymargin.plots import plot_ranking
-
-            figure: Any = plot_ranking(found.ranking).get_figure(root=True)
-            replace_figure(path, figure)
-        else:
-            replace_text(path, found.to_csv() if path.suffix == ".csv" else table)
-        say(f"Wrote {escape(str(path))}")
-    if not found.complete:
-        warn("the time was over before all draws were made")
-        raise SystemExit(TIMED_OUT)
+    show_table(found, output or (), lambda: em.plots.plot_ranking(found.ranking))
+    require_complete(found, "all draws were made")
 
 
 def _poses(path: Path) -> dict[str, NDArray[np.float64]]:
     """The poses of a table by name. Raises ValueError on a name that is there twice."""
-    from energymargin.grasps import read
-
-    rows = read(path)
+    rows = em.grasps.read(path)
     if len(set(rows.names)) < len(rows):
         raise ValueError(f"{path} has a name twice, expected different names")
     return dict(zip(rows.names, rows.poses, strict=True))
 
 
 def _scene(
-    object: GraspObject, on: list[Path], friction: float, scale: float, pose: int | None
-) -> Scene:
+    object: em.grasps.GraspObject, on: list[Path], friction: float, scale: float, pose: int | None
+) -> em.Scene:
     """The supports, fixed, and the object."""
-    from energymargin import Scene, mesh, resting_poses
-
-    scene = Scene()
+    scene = em.Scene()
     facts: dict[str, Any] = {}
     for number, path in enumerate(on):
         name = path.stem if number == 0 else f"{path.stem}-{number}"
-        scene.add_body(name, mesh(path, scale=scale), mass=0.0, friction=friction)
+        scene.add_body(name, em.mesh(path, scale=scale), mass=0.0, friction=friction)
     if pose is not None:
-        ways = resting_poses(object.shape, mass=object.mass, inertial=object.inertial)
+        ways = em.resting_poses(object.shape, mass=object.mass, inertial=object.inertial)
         if not 0 <= pose < len(ways):
             raise ValueError(f"--pose is {pose}, expected 0 to {len(ways) - 1}: it lies so")
         facts["orientation"] = ways[pose].orientation

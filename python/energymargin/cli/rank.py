@@ -3,27 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from cyclopts import Parameter
-from rich.markup import escape
 
-from energymargin import SearchSettings
+import energymargin as em
 from energymargin.base.bars import bar
-from energymargin.base.replacing import replace_figure, replace_text
 from energymargin.cli.fields import options_of
-from energymargin.cli.options import Output, Where, chosen_sampling, panel
-from energymargin.cli.places import require_free
-from energymargin.cli.terminal import TIMED_OUT, out, say, warn
+from energymargin.cli.options import Outputs, Where, chosen_sampling, panel
+from energymargin.cli.places import require_complete, require_outputs, show_table
 
-if TYPE_CHECKING:
-    from energymargin import Problem
-
-TEXTS, PICTURES = (".csv", ".md"), (".png", ".pdf", ".svg")
 COMPARED = panel("How candidates are compared")
 
 
-@options_of(SearchSettings(), "nodes", "seed")
+@options_of(em.SearchSettings(), "nodes", "seed")
 def rank(
     problems: list[Path],
     /,
@@ -35,7 +28,7 @@ def rank(
     confidence: Annotated[float, COMPARED] = 0.95,
     tolerance: Annotated[float, COMPARED] = 0.05,
     race: Annotated[bool, COMPARED, Parameter(negative="--no-race")] = True,
-    output: Output = None,
+    output: Outputs = None,
     overwrite: bool = False,
     where: Where = Where(),
     **given: Any,
@@ -56,27 +49,22 @@ def rank(
             default 1.
         belief: How well the models are known, as JSON or a file of it: friction, mass, pose,
             velocity.
-        output: Also the table as .csv or .md, or a picture: .png, .pdf, .svg.
-        overwrite: Replace the file if it exists.
+        output: Also the table as .csv or .md, or a picture: .png, .pdf, .svg. May be repeated.
+        overwrite: Replace files that exist.
         confidence: Confidence in all comparisons together, below 1.
         tolerance: A difference of probabilities that does not matter, below 1.
         race: Whoever is beaten is out before the end.
     """
-    from energymargin import actions, disturbances
-
     if strength is not None and metric.startswith("effort"):
         raise ValueError(f"--strength is {strength:g} with --metric {metric}, which has none")
-    if output is not None:
-        require_free(output, overwrite=overwrite, suffixes=(*TEXTS, *PICTURES))
-        if output.suffix in PICTURES:
-            import energymargin.plots  # noqa: F401  says what is missing before it is computed
+    require_outputs(output or (), overwrite=overwrite, pictures=True)
     sampling = chosen_sampling(belief, None)
     with bar("Ranking", "draws") as progress:
-        ranking = actions.rank(
+        ranking = em.rank(
             _candidates(problems),
             metric=metric,
             rollouts=rollouts,
-            disturbance=None if strength is None else disturbances.Uniform(strength),
+            disturbance=None if strength is None else em.disturbances.Uniform(strength),
             uncertainty=None if sampling is None else sampling.uncertainty,
             confidence=confidence,
             tolerance=tolerance,
@@ -86,30 +74,15 @@ def rank(
             progress=progress,
             timeout=where.timeout,
         )
-    table = ranking.to_markdown()
-    out.print(table, markup=False, highlight=False, soft_wrap=True)
-    if output is not None:
-        if output.suffix in PICTURES:
-            from energymargin.plots import plot_ranking
-
-            figure = plot_ranking(ranking).get_figure(root=True)
-            assert figure is not None
-            replace_figure(output, figure)
-        else:
-            replace_text(output, ranking.to_csv() if output.suffix == ".csv" else table)
-        say(f"Wrote {escape(str(output))}")
-    if not ranking.complete:
-        warn("the time was over before all draws were made")
-        raise SystemExit(TIMED_OUT)
+    show_table(ranking, output or (), lambda: em.plots.plot_ranking(ranking))
+    require_complete(ranking, "all draws were made")
 
 
-def _candidates(paths: list[Path]) -> dict[str, Problem]:
+def _candidates(paths: list[Path]) -> dict[str, em.Problem]:
     """The problems by the names of their files, or by their paths if two have the same name."""
-    from energymargin import Problem
-
     stems = {path.stem for path in paths}
     names = [path.stem if len(stems) == len(paths) else str(path) for path in paths]
     if len(set(names)) < len(paths):
         twice = next(name for name in names if names.count(name) > 1)
         raise ValueError(f"problems has {twice} twice, expected different files")
-    return {name: Problem.load(str(path)) for name, path in zip(names, paths, strict=True)}
+    return {name: em.Problem.load(str(path)) for name, path in zip(names, paths, strict=True)}

@@ -9,8 +9,10 @@ from pathlib import Path
 
 from rich.markup import escape
 
+import energymargin as em
 from energymargin.cli.options import Output
 from energymargin.cli.places import require_free
+from energymargin.cli.progress import share_bar
 from energymargin.cli.terminal import err, loading, say
 
 
@@ -52,14 +54,15 @@ def report(
         overwrite: Replace the file if it exists.
     """
     with loading():
-        from energymargin.cli.progress import share_bar
-        from energymargin.report import Options, write
+        import energymargin.report  # noqa: F401
 
     output = output or scores.with_suffix(".html")
     require_free(output, overwrite=overwrite)
-    options = Options(trajectories, pictures, frames, last, draws, seed)
+    options = em.report.Options(trajectories, pictures, frames, last, draws, seed)
     with share_bar(err) as progress:
-        lacking = write(scores, output, run=run, options=options, data=data, progress=progress)
+        lacking = em.report.write(
+            scores, output, run=run, options=options, data=data, progress=progress
+        )
     size = output.stat().st_size / 1e6
     say(f"Wrote {escape(str(output))}, {size:.1f} MB: open it in a browser")
     for text in lacking:

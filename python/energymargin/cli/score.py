@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from rich.markup import escape
 
-from energymargin import SearchSettings
+import energymargin as em
 from energymargin.base.bars import bar
+from energymargin.base.limits import Limit
 from energymargin.base.metrics import CLOCKLESS, LEAST_EFFORT, TIMED, USUAL
 from energymargin.base.settings import flag_of
-from energymargin.cli.evaluate import print_tables, question_of
+from energymargin.cli.evaluate import print_evaluation
 from energymargin.cli.fields import options_of, split
 from energymargin.cli.options import (
     Output,
@@ -28,13 +29,7 @@ from energymargin.cli.options import (
 )
 from energymargin.cli.terminal import TIMED_OUT, say, warn
 
-if TYPE_CHECKING:
-    from energymargin.beliefs import Sampling
-    from energymargin.datasets import Dataset, Future
-    from energymargin.executors import Executor
-    from energymargin.store import Run
-
-SEARCH = SearchSettings()
+SEARCH = em.SearchSettings()
 GROWTH, AHEAD = panel("How trees are grown"), panel("Over a horizon")
 BELIEF = panel("Models known with an error")
 COMPARED = 20000  # states; the intervals of more take longer than one would wait after scoring
@@ -95,9 +90,6 @@ def score(
             velocity. Scores are then means over a belief, at as many steps.
         particles: With --belief, draws of it for each state; 16 if not given.
     """
-    from energymargin import ScoreError, datasets
-    from energymargin.base.limits import Limit
-
     settings = replace(SEARCH, **given)
     flags = {each.name: flag_of(each).removeprefix("--") for each in fields(SEARCH)}
     times = {"check": check, "dwell": dwell}
@@ -114,27 +106,22 @@ def score(
     executor = where.executor()
     output = output or data.with_name(f"{data.stem}-scores.db")
     limit, failed, numbers = Limit(where.timeout), None, []
-    with datasets.open(data) as recorded:
+    with em.datasets.open(data) as recorded:
         dataset = recorded if engine is None else recorded.in_engine(engine)
         future = None
         if not paper and (timed or frames is not None):
             future = _asked_future(dataset, frames, plan, **times)
             _say_of_older(output, future)
-        # all are checked before any is scored
-        for names, ahead in _asked_runs(dataset, named, future, settings, sampling):
+        scoring = Scoring(dataset, output, settings, executor, sampling)
+        for names, ahead in scoring.runs(named, future):  # all are checked before any is scored
             try:
-                with scored_run(
-                    *(dataset, output, settings, names, executor),
-                    future=ahead,
-                    sampling=sampling,
-                    timeout=limit.rest()["timeout"],
-                ) as (run, complete):
+                with scoring.run(names, ahead, timeout=limit.rest()["timeout"]) as (run, complete):
                     numbers.append(run.number)
                     if not complete:
                         say(f"[yellow]the time was over:[/] {_progress_text(run)}")
                         raise SystemExit(TIMED_OUT)
                     _say_scored(run, horizon=future is not None)
-            except ScoreError as error:  # of some states alone: raised after all runs
+            except em.ScoreError as error:  # of some states alone: raised after all runs
                 failed = failed or error
     if numbers:
         _show_question(output, numbers[0])
@@ -143,18 +130,16 @@ def score(
 
 
 def _asked_future(
-    dataset: Dataset, frames: int | None, plan: PlanWord | None, **times: float | None
-) -> Future | None:
+    dataset: em.datasets.Dataset, frames: int | None, plan: PlanWord | None, **times: float | None
+) -> em.datasets.Future | None:
     """The question about the next frames, as far as it is given the usual one; None if the data
     have none. What is unusual is printed."""
-    from energymargin.datasets import usual_future
-
     given = any(value is not None for value in (frames, plan, *times.values()))
     if not given and dataset.has_clock:
         return None
     try:
         if frames is None or plan is None:
-            usual = usual_future(dataset, frames)
+            usual = em.datasets.usual_future(dataset, frames)
             frames = usual.frames
         if plan is None:
             plan = usual.plan or "none"
@@ -169,13 +154,11 @@ def _asked_future(
     return chosen_future(frames, plan, **times)
 
 
-def _say_of_older(path: Path, future: Future | None) -> None:
+def _say_of_older(path: Path, future: em.datasets.Future | None) -> None:
     """Says that a file of scores without a horizon, as --paper makes it, gets those with one."""
-    from energymargin.store import ScoreStore
-
     if future is None or not path.exists():
         return
-    with ScoreStore(path) as store:
+    with em.store.ScoreStore(path) as store:
         runs = store.runs()
     if runs and all(run.future is None for run in runs):
         say(
@@ -184,40 +167,7 @@ def _say_of_older(path: Path, future: Future | None) -> None:
         )
 
 
-def _asked_runs(
-    dataset: Dataset,
-    metrics: Sequence[str] | None,
-    future: Future | None,
-    settings: SearchSettings,
-    sampling: Sampling | None,
-) -> list[tuple[Sequence[str], Future | None]]:
-    """The metrics and the future of each run: metrics without a clock have a run of their own.
-
-    Without `metrics` those of USUAL have the horizon, and beside them are the paper's, which have
-    none.
-    """
-    from energymargin.store import dataset_metrics
-
-    def there(metrics: Sequence[str] | None, future: Future | None) -> Sequence[str]:
-        return dataset_metrics(dataset, metrics, settings, future, sampling)
-
-    def usual() -> Sequence[str]:
-        found = there(None, None)
-        clock = set(found) & set(TIMED)
-        return [metric for metric in found if clock or metric not in LEAST_EFFORT]
-
-    if future is None:
-        return [(usual() if metrics is None else there(metrics, None), None)]
-    if metrics is None:
-        timed = [metric for metric in there(None, future) if metric in USUAL]
-        return [(timed, future), (usual(), None)]
-    clockless = [metric for metric in metrics if metric in CLOCKLESS]
-    timed = [metric for metric in metrics if metric not in CLOCKLESS]
-    runs = [(timed, future), (clockless, None)]
-    return [(there(names, ahead), ahead) for names, ahead in runs if names]
-
-
-def _say_scored(run: Run, *, horizon: bool) -> None:
+def _say_scored(run: em.store.Run, *, horizon: bool) -> None:
     """How many states are scored. `horizon`: the command asks about one, in this run or another."""
     scored, _ = run.counts()
     how = "" if run.future is None else f" ({run.future})"
@@ -230,19 +180,16 @@ def _say_scored(run: Run, *, horizon: bool) -> None:
 def _show_question(path: Path, number: int) -> None:
     """Of a run with a horizon what it foresaw, and the state that is least likely to stay captured;
     and the command that comes next."""
-    from energymargin.evaluation import tables_of
-    from energymargin.store import ScoreStore
-
-    with ScoreStore(path) as store:
+    with em.store.ScoreStore(path) as store:
         run, runs = store.run(number), len(store.runs())
         which = "" if runs == 1 or (runs == 2 and store.beside(run)) else f" --run {number}"
         if run.future is not None and run.states <= COMPARED:
-            print_tables(tables_of(*question_of(store, run))[:1])
+            print_evaluation(em.evaluation.tables_of(*store.labelled_scores(run))[:1])
             _say_weakest(run)
     say(f"Next: [bold]energymargin evaluate {escape(str(path))}{which}[/]")
 
 
-def _say_weakest(run: Run) -> None:
+def _say_weakest(run: em.store.Run) -> None:
     if "probability" not in run.metrics:
         return
     place = run.metrics.index("probability")
@@ -254,36 +201,66 @@ def _say_weakest(run: Run) -> None:
         say(f"Of {len(held)} states captured now the least likely to stay is {where}: {share}")
 
 
-@contextmanager
-def scored_run(
-    dataset: Dataset,
-    output: Path,
-    settings: SearchSettings,
-    metrics: Sequence[str],
-    executor: Executor,
-    *,
-    future: Future | None = None,
-    sampling: Sampling | None = None,
-    timeout: float | None = None,
-) -> Iterator[tuple[Run, bool]]:
-    """Scores what is missing; gives the run of all scores, and whether the time was enough. States
-    that cannot be simulated are counted. Ctrl-C says how far it came."""
-    from energymargin.store import ScoreStore, begin_run, score_run
+@dataclass(frozen=True)
+class Scoring:
+    """What a command scores, where to and how."""
 
-    with ScoreStore(output, create=True) as store:
-        run = begin_run(store, dataset, metrics, settings, future, sampling=sampling)
-        title = f"Scoring, {settings.nodes} nodes" if future is None else f"Scoring, {future}"
-        try:
-            with bar(title, "states") as progress:
-                options: dict[str, Any] = {"progress": progress, "notice": warn, "timeout": timeout}
-                complete = score_run(dataset, run, executor=executor, **options)
-        except KeyboardInterrupt:
-            say(_progress_text(run))
-            raise
-        yield run, complete
+    dataset: em.datasets.Dataset
+    output: Path
+    settings: em.SearchSettings
+    executor: em.executors.Executor
+    sampling: em.beliefs.Sampling | None = None
+
+    def metrics(
+        self, names: Sequence[str] | None = None, future: em.datasets.Future | None = None
+    ) -> Sequence[str]:
+        """The metrics to score, as of `em.store.dataset_metrics`."""
+        return em.store.dataset_metrics(self.dataset, names, self.settings, future, self.sampling)
+
+    def runs(
+        self, metrics: Sequence[str] | None, future: em.datasets.Future | None
+    ) -> list[tuple[Sequence[str], em.datasets.Future | None]]:
+        """The metrics and the future of each run: metrics without a clock have a run of their own.
+
+        Without `metrics` those of USUAL have the horizon, and beside them are the paper's, which
+        have none.
+        """
+        if metrics is None:
+            found = self.metrics()
+            clock = set(found) & set(TIMED)
+            usual = [metric for metric in found if clock or metric not in LEAST_EFFORT]
+            if future is None:
+                return [(usual, None)]
+            timed = [metric for metric in self.metrics(None, future) if metric in USUAL]
+            return [(timed, future), (usual, None)]
+        if future is None:
+            return [(self.metrics(metrics), None)]
+        clockless = [metric for metric in metrics if metric in CLOCKLESS]
+        timed = [metric for metric in metrics if metric not in CLOCKLESS]
+        runs = [(timed, future), (clockless, None)]
+        return [(self.metrics(names, ahead), ahead) for names, ahead in runs if names]
+
+    @contextmanager
+    def run(
+        self, metrics: Sequence[str], future: em.datasets.Future | None = None, **options: Any
+    ) -> Iterator[tuple[em.store.Run, bool]]:
+        """Scores what is missing; gives the run of all scores, and whether the time was enough.
+        States that cannot be simulated are counted. Ctrl-C says how far it came."""
+        asked = metrics, self.settings, future
+        what = future or f"{self.settings.nodes} nodes"
+        options |= {"executor": self.executor, "notice": warn}
+        with em.store.ScoreStore(self.output, create=True) as store:
+            run = em.store.begin_run(store, self.dataset, *asked, sampling=self.sampling)
+            try:
+                with bar(f"Scoring, {what}", "states") as progress:
+                    complete = em.store.score_run(self.dataset, run, progress=progress, **options)
+            except KeyboardInterrupt:
+                say(_progress_text(run))
+                raise
+            yield run, complete
 
 
-def _progress_text(run: Run) -> str:
+def _progress_text(run: em.store.Run) -> str:
     scored, states = run.counts()
     stored = f"{scored} of {states} states are scored and kept in {escape(str(run.store.path))}"
     return f"{stored}; the same command goes on from there."

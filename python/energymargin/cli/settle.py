@@ -4,21 +4,15 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import numpy as np
-from rich.markup import escape
+from numpy.typing import NDArray
 
+import energymargin as em
 from energymargin.base.bars import bar
-from energymargin.base.replacing import replace_text
-from energymargin.cli.options import Output, panel
-from energymargin.cli.places import require_free
-from energymargin.cli.terminal import TIMED_OUT, out, say, warn
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from energymargin import Scene
+from energymargin.cli.options import Outputs, panel
+from energymargin.cli.places import require_complete, require_outputs, show_table
 
 MOVED = 1
 """Exit code where something moves."""
@@ -37,7 +31,7 @@ def settle(
     tolerance: Annotated[float, RULE] = 1e-3,
     still: Annotated[float, RULE] = 1e-4,
     during: Annotated[float, RULE] = 0.25,
-    output: Output = None,
+    output: Outputs = None,
     overwrite: bool = False,
     timeout: float | None = None,
 ) -> None:
@@ -61,17 +55,14 @@ def settle(
         tolerance: A body has moved if a point of it is farther from where it was [m].
         still: The most by which a body at rest may move [m].
         during: The time for which it may not [s].
-        output: Also the table, as .csv or .md.
-        overwrite: Replace the file if it exists.
+        output: Also the table, as .csv or .md. May be repeated.
+        overwrite: Replace files that exist.
         timeout: Seconds after which it ends with what is known; exit code 124.
     """
-    from energymargin import placing
-
-    if output is not None:
-        require_free(output, overwrite=overwrite, suffixes=(".csv", ".md"))
+    require_outputs(output or (), overwrite=overwrite)
     scene, state = _start(file, ground, base, keyframe, tuple(ignore or ()))
     with bar("Settling", "steps") as progress:
-        found = placing.settle(
+        found = em.settle(
             scene,
             state,
             time=time,
@@ -81,34 +72,26 @@ def settle(
             progress=progress,
             timeout=timeout,
         )
-    table = found.to_markdown()
-    out.print(table, markup=False, highlight=False, soft_wrap=True)
-    if output is not None:
-        replace_text(output, found.to_csv() if output.suffix == ".csv" else table)
-        say(f"Wrote {escape(str(output))}")
-    if not found.complete:
-        warn("the time was over before it came to rest")
-        raise SystemExit(TIMED_OUT)
+    show_table(found, output or ())
+    require_complete(found, "it came to rest")
     if not found.stays:
         raise SystemExit(MOVED)
 
 
 def _start(
     file: Path, ground: float | None, base: str, keyframe: str | None, ignore: tuple[str, ...]
-) -> tuple[Scene, NDArray[np.float64] | None]:
+) -> tuple[em.Scene, NDArray[np.float64] | None]:
     """The scene of a file, and the state of a problem. Raises ValueError on another format."""
-    from energymargin import Problem, scenes
-
     suffix, state = file.suffix.lower(), None
     if suffix == ".json":
-        problem = Problem.load(str(file), start_outside=True)
+        problem = em.Problem.load(str(file), start_outside=True)
         scene, state = problem.scene, problem.state
     elif suffix == ".urdf":
-        scene = scenes.from_urdf(file, base=base, ignore=ignore)
+        scene = em.scenes.from_urdf(file, base=base, ignore=ignore)
     elif suffix == ".xml":
         frame = int(keyframe) if keyframe and keyframe.isdecimal() else keyframe
         try:
-            scene = scenes.from_mjcf(file, keyframe=frame, ignore=ignore)
+            scene = em.scenes.from_mjcf(file, keyframe=frame, ignore=ignore)
         except ValueError as error:  # which names the argument of Python
             raise ValueError(re.sub(r"ignore=\(.*?\)", _as_options, str(error))) from error
     else:

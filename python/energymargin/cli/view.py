@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
-from rich.markup import escape
 
+import energymargin as em
 from energymargin.base.bars import bar
 from energymargin.cli.fields import as_number
 from energymargin.cli.options import Parameters, PlanWord, chosen_future, panel, parsed
-from energymargin.cli.places import require_free
+from energymargin.cli.places import require_free, say_written
 from energymargin.cli.progress import share_bar
-from energymargin.cli.terminal import err, loading, say
+from energymargin.cli.terminal import err, loading
 
 PAGES, PICTURES = (".html", ".htm"), (".png", ".gif")
 PICTURE = panel("A picture instead of a page")
@@ -78,10 +78,10 @@ def view(
         needs = "needs Playwright: pip install 'energymargin[screenshot]'"
         raise ImportError(f"a {output.suffix} {needs}")
     with loading():
-        from energymargin.viewer import view as page_of
+        import energymargin.viewer  # noqa: F401
 
     with bar(f"Generating {what}", "trajectories") as progress, share_bar(err) as tell:
-        page = page_of(
+        page = em.viewer.view(
             what,
             parameters=parsed(parameter),
             trajectory=trajectory,
@@ -99,7 +99,7 @@ def view(
         page.draw(output, pixels)
     else:
         page.save(output)
-    say(f"Wrote {escape(str(output))}")
+    say_written([output])
     if open_browser:
         webbrowser.open(output.resolve().as_uri())
 

@@ -12,7 +12,7 @@ import pytest
 
 import energymargin as em
 from energymargin.grasps import GraspObject, GraspSet, Motion, ParallelGripper, Protocol, score
-from energymargin.records.datasets.hdf5 import Sink
+from energymargin.records.datasets.files import Sink
 
 OLD = b"what was there"
 DOWN = np.diag([1.0, -1.0, -1.0, 1.0])

@@ -9,7 +9,7 @@ import energymargin as em
 from energymargin.act.gym.wrapper import score_of
 from energymargin.datasets import Future
 from energymargin.evaluate.searches import SearchSettings, metric_search, value_of
-from energymargin.look.report.worst import SearchRepeater
+from energymargin.look.report.pictures import SearchRepeater
 from energymargin.look.viewer import view
 from energymargin.monitor import Monitor
 from energymargin.store import ScoreStore, score_dataset

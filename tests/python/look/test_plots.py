@@ -1,4 +1,5 @@
 import json
+from dataclasses import replace
 
 import matplotlib.colors
 import numpy as np
@@ -13,6 +14,7 @@ from energymargin import (
     Scene,
     Sphere,
     capture_score,
+    datasets,
     plots,
     regions,
     tasks,
@@ -107,28 +109,15 @@ def test_the_capture_set_is_filled_where_it_is(task, trajectory):
     assert filled_area(ax, plots.CAPTURED_COLOR) == pytest.approx(np.pi * 0.855**2, rel=0.02)
 
 
-def test_the_qualitative_figure_has_a_row_a_trajectory_and_three_frames_in_each(task, trajectory):
-    figure = plots.figure_qualitative(
-        task, {"failed": trajectory, "successful": trajectory}, nodes=10
-    )
+def test_the_figure_of_trees_has_a_row_a_trajectory_and_three_frames_in_each(task, trajectory):
+    ends = [replace(trajectory, success=success) for success in (False, True)]
+    dataset = datasets.Dataset("push", {"friction": 0.3}, 0, ends)
+    figure = plots.figure_trees(dataset, nodes=10, seed=0)
     panels = [ax for ax in figure.axes if "capture" in ax.get_title()]
     assert len(panels) == 6
     assert [ax.get_title().split("\n")[0] for ax in panels[:3]] == [
         f"t = {trajectory.times[k]:.2f} s" for k in (0, 1, 2)
     ]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"trajectories": {}}, "trajectories is empty, expected some by name"),
-        ({"frames": [99]}, "frame is 99, expected a whole number from 0 to 3"),
-    ],
-)
-def test_a_bad_argument_of_the_qualitative_figure_is_named(task, trajectory, arguments, message):
-    given = {"task": task, "trajectories": {"a": trajectory}, "nodes": 2} | arguments
-    with pytest.raises(ValueError, match=message):
-        plots.figure_qualitative(given.pop("task"), given.pop("trajectories"), **given)
 
 
 @pytest.fixture(scope="module")

@@ -22,8 +22,7 @@ from energymargin.base.table_text import short
 from energymargin.datasets import Future
 from energymargin.evaluate.searches import SearchSettings
 from energymargin.evaluation import evaluate
-from energymargin.look.report.pictures import chosen
-from energymargin.look.report.worst import SearchRepeater
+from energymargin.look.report.pictures import SearchRepeater, chosen
 from energymargin.records.evaluation.curves import (
     CAPTURED,
     SUCCESS,

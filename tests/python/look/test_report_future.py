@@ -9,7 +9,7 @@ from energymargin import datasets, report
 from energymargin.datasets import Future
 from energymargin.evaluate.searches import SearchSettings
 from energymargin.evaluation import evaluate
-from energymargin.look.report.worst import SearchRepeater, pictures
+from energymargin.look.report.pictures import SearchRepeater, pictures
 from energymargin.records.evaluation.curves import SUCCESS, roc
 from energymargin.records.evaluation.labelled import compared_trajectories
 from energymargin.store import score_dataset

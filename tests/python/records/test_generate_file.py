@@ -16,7 +16,7 @@ import pytest
 import energymargin as em
 from energymargin import datasets, tasks
 from energymargin.executors import Processes, Threads
-from energymargin.records.datasets.shards import Parts, Request, parts_of, trajectories_kept
+from energymargin.records.datasets.generation import Parts, Request, parts_of, trajectories_kept
 
 COMMAND = str(Path(sys.executable).with_name("energymargin"))
 COUNT = 430  # of 10 frames: 9 shards, and two blocks of a file

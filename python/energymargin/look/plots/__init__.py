@@ -12,20 +12,32 @@ from energymargin.base.errors import needs_extra
 with needs_extra("a picture", "plots"):
     import matplotlib  # noqa: F401
 
-from energymargin.look.plots.actions import figure_improvement, plot_ranking
+from energymargin.look.plots.actions import (
+    figure_improvement,
+    figure_margin_profile,
+    plot_margin_profile,
+    plot_ranking,
+)
 from energymargin.look.plots.beliefs import figure_belief
+from energymargin.look.plots.companions import (
+    figure_grasp,
+    figure_resting_poses,
+    plot_grasps,
+    plot_resting_pose,
+)
 from energymargin.look.plots.curves import plot_precision_recall, plot_roc
-from energymargin.look.plots.datasets import figure_along, figure_qualitative, figure_trees
-from energymargin.look.plots.engines import figure_engines
-from energymargin.look.plots.grasps import figure_grasp, plot_grasps
+from energymargin.look.plots.datasets import figure_along, figure_trees
 from energymargin.look.plots.limits import (
     plot_critical_curve,
     plot_critical_value,
     plot_critical_values,
 )
-from energymargin.look.plots.placing import figure_resting_poses, plot_resting_pose
-from energymargin.look.plots.profile import figure_margin_profile, plot_margin_profile
-from energymargin.look.plots.results import plot_effort, plot_future, plot_probability
+from energymargin.look.plots.results import (
+    figure_engines,
+    plot_effort,
+    plot_future,
+    plot_probability,
+)
 from energymargin.look.plots.states import plot_state, state_legend
 from energymargin.look.plots.styles import CAPTURED_COLOR, LOST_COLOR, SUCCEEDED_COLOR
 from energymargin.look.plots.trajectories import (
@@ -46,7 +58,6 @@ __all__ = [
     "figure_grasp",
     "figure_improvement",
     "figure_margin_profile",
-    "figure_qualitative",
     "figure_resting_poses",
     "figure_scores",
     "figure_trees",

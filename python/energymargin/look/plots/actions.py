@@ -1,4 +1,5 @@
-"""Rankings of candidates, and how a plan was improved."""
+"""Rankings of candidates, how a plan was improved, and the margin along a plan: probability and
+effort at each moment, the weakest one marked."""
 
 from __future__ import annotations
 
@@ -12,9 +13,9 @@ from numpy.typing import NDArray
 
 from energymargin.act.candidates import Standing
 from energymargin.act.improvement import Improvement
+from energymargin.act.profile import EFFORT, MarginProfile
 from energymargin.act.ranking import Ranking
-from energymargin.base.checks import check_type
-from energymargin.base.metrics import axis_label, is_likelihood
+from energymargin.base.metrics import KINDS, axis_label, is_likelihood, value_text, with_unit
 from energymargin.look.plots import styles
 
 BEST, ALIKE, WORSE = "tab:blue", "0.25", "0.7"
@@ -23,6 +24,9 @@ PARAMETER_COLORS = ("#009E73", "#CC79A7", "#56B4E9", "#7F5539")  # of no other l
 LINE, LETTER = 0.19, 0.085  # inch: of a candidate's name
 BETWEEN = 0.14  # inch, between two candidates
 ENDLESS = "no escape found"
+WIDTH, HEIGHT, OF_EFFORTS = 6.0, 2.6, 1.9  # inch
+LOG_FROM = 30.0  # the largest effort in the least, from which on the axis is logarithmic
+WEAKEST_COLOR = "black"
 
 
 def plot_ranking(ranking: Ranking, ax: Axes | None = None) -> Axes:
@@ -32,7 +36,6 @@ def plot_ranking(ranking: Ranking, ax: Axes | None = None) -> Axes:
     A triangle at the right edge is an effort without a bound: no escape was found. Returns `ax`, or
     the axes of a new figure. Raises ValueError on another thing than a Ranking.
     """
-    check_type("ranking", ranking, Ranking, "a Ranking, as of em.rank")
     names = [styles.folded(name) for name in ranking.names]
     lines = [line for name in names for line in name.split("\n")]
     width = 4.2 + LETTER * max(map(len, lines))
@@ -55,7 +58,6 @@ def plot_ranking(ranking: Ranking, ax: Axes | None = None) -> Axes:
 def figure_improvement(improvement: Improvement) -> Figure:
     """The scores of each generation and the strength of the disturbance; where the parameters went;
     and the last comparison. Raises ValueError on another thing than an Improvement."""
-    check_type("improvement", improvement, Improvement, "an Improvement, as of em.improve")
     figure = Figure(figsize=(12.0, 4.0), dpi=150, layout="constrained")
     scores, parameters, last = figure.subplots(1, 3, width_ratios=(1.1, 1.1, 1.0))
     _draw_scores(scores, improvement)
@@ -167,3 +169,68 @@ def _median(scores: NDArray[np.float64]) -> float:
     """Median of the scores that are not NaN; NaN if there is none."""
     there = scores[~np.isnan(scores)]
     return float(np.median(there)) if len(there) else np.nan
+
+
+def plot_margin_profile(profile: MarginProfile, *, ax: Axes | None = None) -> Axes:
+    """Probability of staying captured at each moment, between the ends of its interval.
+
+    A diamond is at the weakest moment. Moments at which the nominal motion itself is out of the
+    capture set are shaded. Returns `ax`, or the axes of a new figure. Raises ValueError on another
+    thing than a MarginProfile.
+    """
+    ends = profile.low, profile.high
+    ax = styles.axes_or_new(ax, WIDTH, HEIGHT)
+    ax.fill_between(profile.times, *ends, color=styles.CAPTURED_COLOR, alpha=0.35, linewidth=0)
+    at = f"{value_text('probability', profile.weakest.probability)} at {profile.weakest.time:.3g} s"
+    _draw(ax, profile, "probability", f"captured for {_ahead(profile)}", f"weakest: {at}")
+    ax.set_ylim(-0.05, 1.05)
+    return ax
+
+
+def figure_margin_profile(profile: MarginProfile) -> Figure:
+    """`plot_margin_profile`, and the efforts below it, if they were asked for."""
+    efforts = not np.isnan(profile.efforts).all()
+    height = HEIGHT + OF_EFFORTS * efforts
+    figure = Figure(figsize=(WIDTH, height), dpi=150, layout="constrained")
+    axes = figure.subplots(
+        *(1 + efforts, 1),
+        sharex=True,
+        squeeze=False,
+        height_ratios=(HEIGHT, OF_EFFORTS)[: 1 + efforts],
+    )[:, 0]
+    plot_margin_profile(profile, ax=axes[0])
+    if efforts:
+        axes[0].set_xlabel("")
+        there = profile.efforts[np.isfinite(profile.efforts)]
+        if len(there) and there.min() > 0 and there.max() / there.min() >= LOG_FROM:
+            axes[1].set_yscale("log")
+        weakest = f"there: {with_unit(EFFORT, profile.weakest.effort)}"
+        _draw(axes[1], profile, EFFORT, "least effort found", weakest)
+        if axes[1].get_yscale() == "linear":
+            axes[1].set_ylim(bottom=0.0)
+    return figure
+
+
+def _draw(ax: Axes, profile: MarginProfile, metric: str, label: str, weakest: str) -> None:
+    """A score at each moment, with a diamond at the weakest; shades, labels and the legend."""
+    values = profile.efforts if metric == EFFORT else profile.probabilities
+    axis = KINDS["effort" if metric == EFFORT else "probability"].axis
+    style, (height, _) = styles.metric_style(metric), styles.room_for_infinity(ax.yaxis, values)
+    look = style.look(linestyle="-", endless="no escape found")
+    styles.draw_bounded(ax, profile.times, values, label, height, **look)
+    time, value = profile.weakest.time, values[profile.weakest.number]
+    if np.isfinite(value):
+        ax.axvline(time, color=WEAKEST_COLOR, linewidth=0.8, linestyle=":")
+        mark = styles.LineStyle(WEAKEST_COLOR, "", "D").look(markersize=6, markeredgecolor="white")
+        ax.plot(time, value, label=weakest, zorder=5, **mark)
+    styles.shade_frames(ax, profile.times, ~profile.captured, "nominal motion not captured")
+    ax.set(xlabel="time of the plan [s]", ylabel=axis)
+    styles.light_grid(ax)
+    styles.draw_legend(ax)
+
+
+def _ahead(profile: MarginProfile) -> str:
+    """How far they look, in words."""
+    if len(profile) > 1 and np.ptp(profile.ahead) > 0:
+        return "the rest of the plan"
+    return f"{profile.ahead[0]:.3g} s"

@@ -10,7 +10,6 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from energymargin.base.checks import check_type
 from energymargin.base.metrics import axis_label, is_likelihood, value_text
 from energymargin.evaluate.belief_scores import BeliefScore
 from energymargin.look.outlines import Plan, plane_for, view_of
@@ -34,7 +33,6 @@ def figure_belief(
     `known`: the score of the problem itself, to compare with. Raises ValueError on a score of
     something else.
     """
-    check_type("score", score, BeliefScore, "one of em.score_belief(...)")
     figure = Figure(figsize=(10.5, 3.6), dpi=150, layout="constrained")
     where, how_much, why = figure.subplots(1, 3, width_ratios=(1.25, 1.1, 0.9))
     finite = score.values[np.isfinite(score.values)]

@@ -1,4 +1,4 @@
-"""Pictures of trajectories of a task: their search trees, and the scores along them."""
+"""Pictures of trajectories of a dataset: their search trees, and the scores along them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 
 from energymargin import tasks
 from energymargin._core import CaptureScore, Problem, capture_score, stream
-from energymargin.base.checks import whole_number
 from energymargin.look.outlines import Limits, Plan, view_of
 from energymargin.look.plots.scenes import lost_objects
 from energymargin.look.plots.states import plot_state, score_title, state_legend
@@ -20,8 +19,7 @@ from energymargin.look.plots.trajectories import figure_scores, trajectory_score
 from energymargin.look.plots.trees import draw_color_bar, most_cost
 from energymargin.records.datasets import Dataset
 from energymargin.records.evaluation import LabelledScores
-from energymargin.tasks.base import Task, plane_of
-from energymargin.tasks.trajectories import Trajectory
+from energymargin.tasks.base import plane_of
 
 LINE = 0.15  # inch, of a title
 PANEL = 2.9  # inch, width of one
@@ -37,22 +35,6 @@ def one_of_each(dataset: Dataset) -> dict[str, int]:
     return chosen
 
 
-def figure_trees(dataset: Dataset, nodes: int, seed: int) -> Figure:
-    """Search trees in three frames of a failed and of a successful trajectory.
-
-    The trees, and so their scores, are those that the dataset gets from these nodes and this seed.
-    """
-    chosen = one_of_each(dataset)
-    frames = dataset.frames()
-    return figure_qualitative(
-        tasks.make(dataset.task, **dataset.parameters),
-        {name: dataset.trajectories[t] for name, t in chosen.items()},
-        nodes=nodes,
-        seed=seed,
-        first_states={name: frames.index((t, 0)) for name, t in chosen.items()},
-    )
-
-
 def figure_along(dataset: Dataset, labelled: LabelledScores) -> Figure:
     """The scores along a failed and a successful trajectory."""
     columns = {}
@@ -62,47 +44,30 @@ def figure_along(dataset: Dataset, labelled: LabelledScores) -> Figure:
     return figure_scores(columns)
 
 
-def figure_qualitative(
-    task: Task,
-    trajectories: Mapping[str, Trajectory],
-    *,
-    frames: Sequence[int] | None = None,
-    nodes: int = 100,
-    seed: int = 0,
-    first_states: Mapping[str, int] | None = None,
-) -> Figure:
-    """Search trees in some frames of each trajectory: a row a trajectory, with its name.
+def figure_trees(dataset: Dataset, nodes: int, seed: int) -> Figure:
+    """Search trees in three frames of a failed and of a successful trajectory, a third of it apart.
 
-    Args:
-        task: of the trajectories.
-        trajectories: by name.
-        frames: their numbers. None takes three, from the first on, a third of the trajectory apart.
-        nodes: of each search tree.
-        seed: of the searches.
-        first_states: the numbers of the trajectories' first states in their dataset. With them the
-            trees, and so the scores, are those that the dataset gets from these nodes and seed.
-
-    Raises:
-        ValueError: for no trajectories, or a frame that a trajectory does not have.
+    The trees, and so their scores, are those that the dataset gets from these nodes and this seed.
     """
-    if not trajectories:
-        raise ValueError("trajectories is empty, expected some by name: {'failed': ...}")
-    plane = plane_of(task)
-    panels: list[list[_Panel]] = []
-    for name, trajectory in trajectories.items():
-        first, count = (first_states or {}).get(name, 0), len(trajectory)
-        shown = sorted({0, count // 3, 2 * count // 3})
-        if frames is not None:
-            shown = [whole_number("frame", k, 0, count - 1) for k in frames]
-        panels.append([])
-        for k in shown:
-            asked = trajectory.states[k], trajectory.params, trajectory.contacts[k]
-            problem = task.problem(*asked)
-            settings: dict[str, Any] = {"nodes": nodes, "seed": stream(seed, first + k)}
-            score = capture_score(problem, warn=False, **settings)
-            panels[-1].append(_Panel(float(trajectory.times[k]), problem, score))
-    states = np.concatenate([trajectory.states for trajectory in trajectories.values()])
-    return _figure(panels, list(trajectories), plane, view_of(problem.scene, states, plane))
+    rows: dict[str, list[_Panel]] = {}
+    states = []
+    for name, t in one_of_each(dataset).items():
+        trajectory, first = dataset.trajectories[t], int(dataset.lengths[:t].sum())
+        count = len(trajectory)
+        frames = sorted({0, count // 3, 2 * count // 3})
+        problems = dataset.problems([first + frame for frame in frames])
+        rows[name] = [
+            _Panel(
+                float(trajectory.times[frame]),
+                problem,
+                capture_score(problem, nodes=nodes, seed=stream(seed, first + frame), warn=False),
+            )
+            for frame, problem in zip(frames, problems, strict=True)
+        ]
+        states.append(trajectory.states)
+    plane = plane_of(tasks.make(dataset.task, **dataset.parameters))
+    limits = view_of(problems[0].scene, np.concatenate(states), plane)
+    return _figure(rows, plane, limits)
 
 
 class _Panel(NamedTuple):
@@ -111,22 +76,20 @@ class _Panel(NamedTuple):
     score: CaptureScore
 
 
-def _figure(
-    rows: Sequence[Sequence[_Panel]], names: Sequence[str], plane: Plan, limits: Limits
-) -> Figure:
+def _figure(rows: Mapping[str, Sequence[_Panel]], plane: Plan, limits: Limits) -> Figure:
     """Panels without gaps between them, and a colour bar and a legend for all."""
-    panels = [panel for row in rows for panel in row]
+    panels = [panel for row in rows.values() for panel in row]
     most = max(most_cost(panel.problem, panel.score.tree) for panel in panels)
     highest = max(float(panel.score.tree.costs.max()) for panel in panels)
     lines = max(score_title(panel.score).count("\n") + 3 for panel in panels)
-    columns = max(len(row) for row in rows)
+    columns = max(map(len, rows.values()))
     (x0, x1), (y0, y1) = limits
     height = PANEL * (y1 - y0) / (x1 - x0) + LINE * lines
     size = (PANEL * columns + 1.2, height * len(rows) + 0.7)
     figure = Figure(figsize=size, dpi=200, layout="constrained")
     axes = figure.subplots(len(rows), columns, sharex=True, sharey=True, squeeze=False)
     look: dict[str, Any] = {"plane": plane, "limits": limits, "most": most, "path": False}
-    for name, row, row_axes in zip(names, rows, axes, strict=True):
+    for (name, row), row_axes in zip(rows.items(), axes, strict=True):
         for panel, ax in zip(row, row_axes, strict=False):
             plot_state(panel.problem, panel.score, ax=ax, color_bar=False, ghosts=3, **look)
             ax.set_title(f"t = {panel.time:.2f} s\n{score_title(panel.score)}", fontsize=9)

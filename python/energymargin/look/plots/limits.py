@@ -10,7 +10,6 @@ from matplotlib.axes import Axes
 from energymargin.act.critical import CriticalValue
 from energymargin.act.curve import CriticalCurve
 from energymargin.act.limits import CriticalValues
-from energymargin.base.checks import check_type
 from energymargin.look.plots import styles
 
 RATIO = 10.0  # of the ends of a range, from which on its axis is logarithmic
@@ -27,9 +26,8 @@ def plot_critical_value(limit: CriticalValue, *, ax: Axes | None = None) -> Axes
     Returns `ax`, or the axes of a new figure. Raises ValueError on another thing than a
     CriticalValue.
     """
-    check_type("limit", limit, CriticalValue, "a CriticalValue, as of em.critical_value")
-    ax = styles.axes_or_new(ax, 6.0, 3.2)
     values, low, high = limit.outcomes.T
+    ax = styles.axes_or_new(ax, 6.0, 3.2)
     band: dict[str, Any] = {"facecolor": (styles.CAPTURED_COLOR, 0.35), "linewidth": 1.2}
     band["edgecolor"] = styles.CAPTURED_COLOR
     ax.fill_between(values, low, high, label="share of the draws that hold", **band)
@@ -53,9 +51,8 @@ def plot_critical_values(limits: CriticalValues, *, ax: Axes | None = None) -> A
     A quantity that holds in the whole range that was asked is a pale bar from edge to edge. Returns
     `ax`, or the axes of a new figure. Raises ValueError on another thing than CriticalValues.
     """
-    check_type("limits", limits, CriticalValues, "CriticalValues, as of em.critical_values")
-    ax = styles.axes_or_new(ax, 6.4, 1.2 + LINE * len(limits))
     rows = sorted(zip(limits, limits.nominals, limits.margins, strict=True), key=_by_margin)
+    ax = styles.axes_or_new(ax, 6.4, 1.2 + LINE * len(limits))
     edge = 1.15 * max(abs(share) for row in rows for share in [*_shares(row), 1e-3])
     for number, row in enumerate(rows):
         one, nominal, _ = row
@@ -87,9 +84,8 @@ def plot_critical_curve(curve: CriticalCurve, *, ax: Axes | None = None) -> Axes
     Returns `ax`, or the axes of a new figure. Raises ValueError on another thing than a
     CriticalCurve.
     """
-    check_type("curve", curve, CriticalCurve, "a CriticalCurve, as of em.critical_curve")
-    ax = styles.axes_or_new(ax, 5.4, 3.8)
     one = curve.found[0]
+    ax = styles.axes_or_new(ax, 5.4, 3.8)
     low, high = curve.band.T
     kind = f"{curve.confidence:.0%} band"
     ax.fill_between(curve.values, low, high, color="0.5", alpha=0.4, linewidth=0, label=kind)

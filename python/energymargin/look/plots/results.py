@@ -1,4 +1,5 @@
-"""Results of one problem: effort over nodes, probability over time, and the undisturbed future."""
+"""Results of one problem: effort over nodes, probability over time, in one engine or several, and
+the undisturbed future."""
 
 from __future__ import annotations
 
@@ -8,10 +9,12 @@ from typing import Any, TypeVar
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from energymargin._core import CaptureProbability, EscapeEffort, Problem, Survival
 from energymargin.base.checks import not_negative_number, yes_or_no
+from energymargin.evaluate.engine_comparison import EngineComparison
 from energymargin.evaluate.futures import Undisturbed, undisturbed
 from energymargin.look import outlines
 from energymargin.look.plots import styles
@@ -19,6 +22,7 @@ from energymargin.look.plots.scenes import draw_ghost, leaving_objects
 from energymargin.look.plots.states import AROUND, plot_state, state_legend
 
 CURVE_SIZE, FUTURE_SIZE = (6.0, 3.6), (6.0, 4.5)  # inch
+ENGINES_HEIGHTS = (2.8, 1.6)  # inch: of the probabilities, and of the distances below
 FUTURE_PATH: dict[str, Any] = {"color": "#0072B2", "linewidth": 1.8, "zorder": 8}
 EXIT_MARK: dict[str, Any] = {
     **{"color": styles.LOST_COLOR, "marker": "D", "markersize": 6, "linestyle": ""},
@@ -213,3 +217,22 @@ def _draw_future(
         if left[number]:
             lines += ax.plot(*path[leaves], label="where it leaves", gid="exit", **EXIT_MARK)
     return lines
+
+
+def figure_engines(comparison: EngineComparison) -> Figure:
+    """The probability over time in each engine, and below how far its objects are, without a
+    disturbance, from where the first engine has them [mm].
+
+    Raises ValueError on another thing than an EngineComparison.
+    """
+    named = dict(zip(comparison.engines, comparison.probabilities, strict=True))
+    size = (CURVE_SIZE[0], sum(ENGINES_HEIGHTS))
+    figure = Figure(figsize=size, dpi=150, layout="constrained")
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=ENGINES_HEIGHTS)
+    plot_probability(named, ax=above)
+    above.set_xlabel("")
+    for number, distances in enumerate(comparison.distances):
+        style = styles.curve_style(number)
+        below.plot(comparison.times, 1000 * distances, color=style.color)
+    below.set(xlabel="time [s]", ylabel="apart [mm]")
+    return figure

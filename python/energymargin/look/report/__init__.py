@@ -11,8 +11,7 @@ with needs_extra("a report", "report"):
     import jinja2  # noqa: F401
     import matplotlib  # noqa: F401
 
-from energymargin.look.report.grasps import write_grasps
-from energymargin.look.report.page import Options, write
+from energymargin.look.report.page import Options, write, write_grasps
 
 __all__ = ["Options", "write", "write_grasps"]
 

@@ -1,4 +1,5 @@
-"""A report: its choices, what it computes, its tables of AUC and AP, and the page as one file."""
+"""A report is a page in one file: of a file of scores, with tables of AUC and AP, or of scores of
+grasps, with pictures of the best, the most doubtful, and the worst."""
 
 from __future__ import annotations
 
@@ -11,15 +12,24 @@ from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from matplotlib.figure import Figure
 
 import energymargin as em
 from energymargin.base.checks import check_type, whole_number
 from energymargin.base.interrupts import raise_if_interrupted, remembered_interrupts
 from energymargin.base.metrics import TIMED
 from energymargin.base.replacing import replaced
-from energymargin.look.report.pictures import along, both_curves, distributions
+from energymargin.look.plots.companions import figure_grasp, plot_grasps
+from energymargin.look.report.pictures import (
+    Card,
+    along,
+    both_curves,
+    distributions,
+    png,
+    svg,
+    worst,
+)
 from energymargin.look.report.subject import Subject, notices, read_subject, view_command
-from energymargin.look.report.worst import worst
 
 SUFFIXES = (".html", ".htm")
 READ, DRAWN = 0.05, 0.5  # of all: what is done when the file is read, and when the tables are there
@@ -29,6 +39,8 @@ ENOUGH = 10  # trajectories; a bootstrap of fewer gives intervals that are too n
 Progress = Callable[[str, float], None]
 _LEAST = {"trajectories": 1, "pictures": 0, "last": 1, "draws": 1, "seed": 0}
 _AMONG = {"all": "all states", "captured": "states that are captured now"}
+SIZE = (10.0, 4.0)  # inch, of the probabilities by rank
+MOST_ROWS = 2000  # of the table of all grasps
 
 
 @dataclass(frozen=True)
@@ -121,20 +133,15 @@ def _page(subject: Subject, options: Options, output: Path, tell: Progress) -> d
     """Computes what the template shows, by its names there."""
     labelled, future = subject.labelled, subject.run.future
     frames = options.frames_of(int(subject.ahead.max()), None if future is None else future.frames)
+    asked: dict[str, Any] = {"last": options.last, "draws": options.draws, "seed": options.seed}
+    results: list[em.evaluation.Evaluation] = []
+    for scores, among, horizons in em.evaluation.tables_of(labelled, subject.now):
 
-    def evaluated(
-        place: int, scores: em.evaluation.LabelledScores, among: em.evaluation.Among, horizons: Any
-    ) -> em.evaluation.Evaluation:
-        share = (DRAWN - READ) / 2
-        asked: dict[str, Any] = {"among": among, "frames": horizons, "last": options.last}
-        asked |= {"draws": options.draws, "seed": options.seed}
-        asked["progress"] = lambda done, total: tell(
-            "AUC and AP", READ + share * (place + done / total)
-        )
-        return em.evaluation.evaluate(scores, **asked)
+        def counted(done: int, total: int, before: int = len(results)) -> None:
+            tell("AUC and AP", READ + (DRAWN - READ) / 2 * (before + done / total))
 
-    asked = enumerate(em.evaluation.tables_of(labelled, subject.now))
-    results = [evaluated(place, *table) for place, table in asked]
+        asked |= {"among": among, "frames": horizons, "progress": counted}
+        results.append(em.evaluation.evaluate(scores, **asked))
     every = em.evaluation.curves.wrongness(labelled, frames, options.last)
     wrong = em.evaluation.curves.by_trajectory(every, len(subject.members))
     mistakes, lacking = worst(
@@ -202,3 +209,64 @@ def rendered(name: str, page: Mapping[str, Any]) -> str:
     )
     versions = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
     return environment.get_template(name).render(page, versions=versions)
+
+
+def write_grasps(
+    scores: em.grasps.GraspScores,
+    output: str | os.PathLike[str],
+    *,
+    title: str = "Grasps",
+    progress: Progress | None = None,
+) -> None:
+    """Writes a report of scores of grasps: one HTML file that needs no network.
+
+    Args:
+        scores: of `em.grasps.score`.
+        output: the page, a path that ends in .html or .htm; what is there is replaced.
+        title: of the page.
+        progress: progress(what, share) is called with what is done now, and the share that is done.
+
+    Raises ValueError on other scores and another suffix, and OSError if it cannot be written.
+    """
+    output = Path(output)
+    check_suffix(output)
+    table, found = scores.table(), em.summary.summary(scores)
+    with remembered_interrupts(), replaced(output) as file:
+        figure = Figure(figsize=SIZE, layout="constrained")
+        plot_grasps(scores, figure.subplots())
+        page = {
+            "title": title,
+            "lead": found.lead.partition(";")[0],
+            "notes": found.notes,
+            "about": em.summary.summary(scores.trials),
+            "ranking": svg(figure),
+            "cards": list(_cards(scores, progress)),
+            "head": list(table),
+            "rows": list(zip(*table.values(), strict=True))[:MOST_ROWS],
+            "more": len(scores.grasps) - MOST_ROWS,
+            "algorithm": em.searches.algorithm(),
+        }
+        file.write_text(rendered("grasps.html", page), encoding="utf-8")
+
+
+def _cards(scores: em.grasps.GraspScores, progress: Progress | None) -> Iterator[Card]:
+    if not len(scores.ranked):
+        return
+    chosen = {scores.best: "", scores.doubtful: "The most doubtful", scores.worst: "The worst"}
+    chosen[scores.best] = "The best"
+    for place, (k, which) in enumerate(chosen.items()):
+        if progress is not None:
+            progress("Pictures", place / len(chosen))
+        title, image = f"{which}: {scores.grasps.names[k]}", png(figure_grasp(scores, k))
+        yield Card(title, _text(scores, k), [image])
+
+
+def _text(scores: em.grasps.GraspScores, k: int) -> str:
+    """The figures of a grasp, in a sentence."""
+    low, high = scores.interval()[k]
+    label, effort = scores.grasps.labels[k], scores.efforts[k]
+    ways = ", ".join(f"{count} {ending}" for ending, count in scores.losses(k).items())
+    text = f"Holds in {scores.probabilities[k]:.2f} of its trials "
+    text += f"({low:.2f} to {high:.2f} with 95 % confidence): {ways}."
+    text += "" if np.isnan(effort) else f" Effort of escape {effort:.2g} J."
+    return text + ("" if np.isnan(label) else f" Label {label:g}.")

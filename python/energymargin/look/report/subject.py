@@ -107,14 +107,14 @@ def read_subject(
             made = f"energymargin score DATASET -o {path}"
             raise ValueError(f"{path} has no scores yet; `{made}` puts some in")
         run = store.run(number)
-        now = store.beside(run)
+        labelled, now = store.labelled_scores(run)
         return Subject(
             path=path,
             run=run,
             runs=len(store.runs()),
             about=em.summary.summary(run),
-            labelled=run.labelled_scores(),
-            now=None if now is None else now.labelled_scores(),
+            labelled=labelled,
+            now=now,
             bands={metric: run.quantiles(metric, BAND) for metric in run.with_quantiles},
             **_opened(run, path, data),
         )

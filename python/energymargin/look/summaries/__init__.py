@@ -2,7 +2,7 @@
 
 from collections import ChainMap
 
-from energymargin.look.summaries import grasps, limits, placing, plans, scores, searches
+from energymargin.look.summaries import actions, companions, scores, searches
 
-SUMMARIES = ChainMap(*map(vars, (searches, scores, plans, limits, grasps, placing)))
+SUMMARIES = ChainMap(*map(vars, (searches, scores, actions, companions)))
 """All functions by their names."""

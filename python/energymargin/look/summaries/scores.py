@@ -2,26 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
+import energymargin as em
 from energymargin.base.metrics import ANY, TIMED, value_text
 from energymargin.base.summary import MOST_ROWS, Summary
 from energymargin.evaluate.futures import disturbance_in_words
-from energymargin.look.summaries.words import SummaryRow, named, parameters_text, short, stacked
-
-if TYPE_CHECKING:
-    from energymargin.act.surrogates import Surrogate
-    from energymargin.evaluate.scoring import ScoreTable
-    from energymargin.records.datasets import Dataset
-    from energymargin.records.evaluation import Evaluation, LabelledScores
-    from energymargin.records.store import Run, ScoreStore
-    from energymargin.tasks.trajectories import Trajectory
+from energymargin.look.summaries.words import named, parameters_text, short, stacked
 
 
-def score_table(scores: ScoreTable) -> Summary:
+def score_table(scores: em.ScoreTable) -> Summary:
     """The first problems' scores, a row each."""
     rows = [
         (int(scores.index[i]), *(value_text(m, values[i]) for m, values in scores.scores.items()))
@@ -33,7 +24,7 @@ def score_table(scores: ScoreTable) -> Summary:
     return Summary("Scores", rows, head, notes, total=len(scores))
 
 
-def labelled_scores(labelled: LabelledScores) -> Summary:
+def labelled_scores(labelled: em.evaluation.LabelledScores) -> Summary:
     """By metric, the number of scores and their range."""
     states = len(labelled.trajectory)
     head = ("metric", "scores", "missing", "infinite", "least", "median", "largest")
@@ -56,7 +47,7 @@ def _counts(values: NDArray[np.float64]) -> tuple[object, ...]:
     return (*counts, *(f"{v:.3g}" for v in (finite.min(), np.median(finite), finite.max())))
 
 
-def evaluation(result: Evaluation) -> Summary:
+def evaluation(result: em.evaluation.Evaluation) -> Summary:
     """AUC and AP of each score with their intervals, by horizon; two tables if there are several
     objects: of all, and of at least one."""
     head = ("score", *(f"h = {horizon}" for horizon in result.frames))
@@ -73,7 +64,7 @@ def evaluation(result: Evaluation) -> Summary:
     return Summary(title, of_all, head, lead=result.caption, further=some)
 
 
-def score_store(store: ScoreStore) -> Summary:
+def score_store(store: em.store.ScoreStore) -> Summary:
     """Its runs, a row each."""
     head = ("run", "task", "states scored", "scores", "asked about", "settings")
     rows = [(one.number, one.task, *_run_rows(one).values()) for one in store.runs()]
@@ -81,7 +72,7 @@ def score_store(store: ScoreStore) -> Summary:
     return Summary(f"Scores in {store.path.name}", rows, head, notes)
 
 
-def _run_rows(one: Run) -> dict[str, str]:
+def _run_rows(one: em.store.Run) -> dict[str, str]:
     scored, states = one.counts()
     return {
         "states scored": f"{scored} of {states}",
@@ -91,7 +82,7 @@ def _run_rows(one: Run) -> dict[str, str]:
     }
 
 
-def run(one: Run) -> Summary:
+def run(one: em.store.Run) -> Summary:
     """How many states have scores, and with which settings."""
     times = one.times()
     # What a search above gives too takes no time.
@@ -110,7 +101,7 @@ def run(one: Run) -> Summary:
     return Summary(f"Run {one.number} of {one.store.path.name}", list(rows.items()))
 
 
-def surrogate(one: Surrogate) -> Summary:
+def surrogate(one: em.Surrogate) -> Summary:
     """What it learned, and how good it is on trajectories that it did not learn from."""
     good = one.quality
     rows = {
@@ -126,7 +117,7 @@ def surrogate(one: Surrogate) -> Summary:
     return Summary(f"Surrogate of {one.source['task']}", list(rows.items()))
 
 
-def trajectory(recorded: Trajectory) -> Summary:
+def trajectory(recorded: em.tasks.Trajectory) -> Summary:
     """Its frames and labels, and what was drawn for it."""
     captured, yes = recorded.captured, {True: "yes", False: "no"}
     lost = "" if captured.all() else f", first lost at {recorded.times[captured.argmin()]:.3g} s"
@@ -143,10 +134,10 @@ def trajectory(recorded: Trajectory) -> Summary:
     return Summary("Trajectory", list(rows.items()))
 
 
-def dataset(recorded: Dataset) -> Summary:
+def dataset(recorded: em.datasets.Dataset) -> Summary:
     """Its task and parameters, and how many trajectories and states it has."""
     successes = recorded.successes
-    rows: list[SummaryRow] = [
+    rows = [
         ("trajectories", f"{len(successes)}, {int(successes.sum())} succeed"),
         ("states", recorded.size),
         ("parameters", parameters_text(recorded.parameters)),

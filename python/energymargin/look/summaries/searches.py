@@ -4,21 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import energymargin as em
 from energymargin import _core
 from energymargin.base.summary import Picture, Summary
 from energymargin.base.table_text import sentence
-from energymargin.evaluate.futures import future_rows, plan_rows
-from energymargin.look.summaries.words import SummaryRow
-
-if TYPE_CHECKING:
-    from energymargin.model.scenes.reports import SceneReport
-
+from energymargin.evaluate.futures import plan_rows
+from energymargin.look.summaries.words import UNFINISHED
 
 NONE_FOUND = "infinite: no way out was found"
 NOTHING_SEARCHED = "It was stopped before anything was searched: there is no value."
-UNFINISHED = "Not complete: it was stopped before its end."
 NOISE = 1e-12  # N, or m; what is less is left of numbers that cancel out
 EQUAL = 1e-9  # of their number: weights that differ by less do not
 DETAIL = 150  # cells of the sets along the longer side of a state's picture, which is quick
@@ -66,7 +62,7 @@ def _search(title: str, rows: Mapping[str, object], result: Any, size: int) -> S
 
 def force_score(score: _core.ForceScore) -> Summary:
     """The score and its terms."""
-    rows: list[SummaryRow] = [
+    rows = [
         ("score", _without_noise(score.force)),
         ("distance of object and effector", f"{_without_noise(score.distance)} m"),
     ]
@@ -82,7 +78,7 @@ def _without_noise(value: float) -> str:
 
 def tree(found: _core.Tree) -> Summary:
     """The size of a search tree."""
-    rows: list[SummaryRow] = [
+    rows = [
         ("nodes", f"{len(found) - 1} and the root"),
         ("numbers in a state", found.states.shape[1]),
         ("largest cost", _energy(float(found.costs.max()))),
@@ -149,7 +145,7 @@ def problem(asked: _core.Problem) -> Summary:
         "bounds of the search": asked.within,
     }
     contacts = asked.contacts
-    rows: list[SummaryRow] = [
+    rows = [
         ("bodies", _bodies_in_words(asked.scene)),
         ("largest force", _vector(asked.force, "N")),
         ("largest torque", _vector(asked.torque, "N m")),
@@ -158,7 +154,7 @@ def problem(asked: _core.Problem) -> Summary:
         ("rate λ", f"{asked.rate:g} 1/J"),
         ("sets", ", ".join(name for name, region in sets.items() if region is not None)),
         ("measured contacts", "none" if contacts is None else len(contacts)),
-        *future_rows(asked),
+        *em.futures.future_rows(asked),
     ]
     state = Picture("plot_state", asked, STATE, {"detail": DETAIL})
     return Summary("Problem", rows, picture=state)
@@ -187,7 +183,7 @@ def scene(made: _core.Scene) -> Summary:
     return Summary("Scene", bodies, head, [note])
 
 
-def scene_report(report: SceneReport) -> Summary:
+def scene_report(report: em.scenes.SceneReport) -> Summary:
     """What became of the files of a scene, a row each."""
     notes = [] if report else ["Nothing was left out, left loose, or stated."]
     return Summary("Report of a scene", [row[:3] for row in report], ("what", "name", ""), notes)

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import energymargin as em
 from energymargin.base.metrics import unit
 from energymargin.base.table_text import DASH
 
-if TYPE_CHECKING:
-    from energymargin.records.evaluation import Cell
-
-
-SummaryRow = tuple[str, object]
+UNFINISHED = "Not complete: it was stopped before its end."
 
 
 def named(metric: str) -> str:
@@ -32,6 +29,6 @@ def short(value: Any) -> str:
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
-def stacked(cell: Cell | None) -> str:
+def stacked(cell: em.evaluation.Cell | None) -> str:
     """A value, and below it its intervals."""
     return DASH if cell is None else "\n".join((cell.value(), *cell.intervals()))

@@ -1,14 +1,18 @@
 """Shots of a page: a scene in a state, what is drawn around it, and what can be played.
 
-A shot is a dict that the page's script reads; its arrays are numbers of `Blobs`.
+A shot is a dict that the page's script reads; its arrays are numbers of `Blobs`. Of a search tree
+it has so many dots and edges that a browser without a graphics card turns them: a thousand nodes on
+one spot look like one dot, and the cheapest is drawn.
 """
 
 from __future__ import annotations
 
 import base64
+import math
 from collections.abc import Sequence
 from typing import Any
 
+import matplotlib
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike, NDArray
@@ -17,8 +21,13 @@ from scipy.spatial import ConvexHull
 import energymargin as em
 from energymargin.look.outlines import object_centers
 from energymargin.look.plots.scenes import leaving_objects, sets_of
-from energymargin.look.plots.styles import BODY_COLORS, CAPTURED_COLOR, LOST_COLOR, SUCCEEDED_COLOR
-from energymargin.look.viewer import trees
+from energymargin.look.plots.styles import (
+    BODY_COLORS,
+    CAPTURED_COLOR,
+    COSTS,
+    LOST_COLOR,
+    SUCCEEDED_COLOR,
+)
 from energymargin.look.viewer.search import Scored
 from energymargin.look.viewer.sets import Surface, is_flat, region_surface, view_around
 
@@ -34,6 +43,9 @@ FROM = {True: (0.25, -0.8, 1.0), False: (0.45, -1.0, 0.55)}  # the camera, from 
 GROUND_CELLS = 20  # of the ground, along the view
 SAMPLES = 20  # states that the view holds
 GROWTH = 60  # moments of a tree that grows
+DOT = 0.014  # of the view's size
+MOST_POINTS, MOST_EDGES = 20_000, 8_000
+SPOTS = (500, 350, 250, 175, 125)  # along the view's longest side; the coarsest is a dot's size
 
 
 class Blobs:
@@ -95,13 +107,13 @@ class Shot:
     def add_search(self, scored: Scored) -> tuple[int, int]:
         """Adds a tree with its growth, and the way out; how many dots and edges are drawn."""
         size, add = self._view.size, self._blobs.add
-        dots, edges = (draw(self._problem, scored, size) for draw in (trees.dots, trees.edges))
+        dots, edges = tree_parts(self._problem, scored, size)
         kinds: dict[str, type[np.generic]]
         kinds = {"outside": np.uint8, "colors": np.uint8, "numbers": np.uint32}
         for name, drawn in {"dots": dots, "edges": edges}.items():
             blobs = {key: add(array, kinds.get(key, np.float32)) for key, array in drawn.items()}
             self.content[name] = blobs
-        self.content |= {"dot": trees.DOT * size, "edge colors": [EDGE_COLOR, LOST_COLOR]}
+        self.content |= {"dot": DOT * size, "edge colors": [EDGE_COLOR, LOST_COLOR]}
         way = scored.way_out
         if way is not None and len(way.times) > 1:
             captions = [f"{t:.2f} s, {c:.3g} J" for t, c in zip(way.times, way.costs, strict=True)]
@@ -189,3 +201,50 @@ def shape_surface(shape: Any) -> Surface:
         faces.append(hull.simplices.astype(np.int64) + count)
         count += len(part)
     return Surface(np.concatenate(points), np.concatenate(faces))
+
+
+def tree_parts(
+    problem: em.Problem, scored: Scored, size: float
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The nodes, coloured by cost, and the edges, each in the order of the search: at most
+    MOST_POINTS and MOST_EDGES. size: of the view [m]."""
+    tree = scored.tree
+    centers = object_centers(problem.scene, tree.states).swapaxes(0, 1)
+    lines = np.stack([centers[:, tree.parents[1:]], centers[:, 1:]], axis=2)
+    nodes = np.arange(len(tree))
+    dots = _drawn(centers, nodes, scored, size, MOST_POINTS)
+    edges = _drawn(lines, nodes[1:], scored, size, MOST_EDGES)
+    shares = np.clip(tree.costs[dots["numbers"]] / max(scored.most, 1e-12), 0.0, 1.0)
+    dots["colors"] = matplotlib.colormaps[COSTS](shares, bytes=True)[:, :3]
+    return dots, edges
+
+
+def _drawn(
+    places: Floats, nodes: NDArray[np.int64], scored: Scored, size: float, most: int
+) -> dict[str, Any]:
+    """What is drawn of N nodes or edges of k objects, shape (k, N, ...), sorted by their node."""
+    points, numbers = places.reshape(-1, *places.shape[2:]), np.tile(nodes, len(places))
+    outside, costs = scored.lost[nodes].T.ravel(), scored.tree.costs[numbers]
+    flat = points.reshape(-1, math.prod(points.shape[1:]))
+    drawn = one_a_spot(flat, outside, costs, size, most)
+    drawn = drawn[np.argsort(numbers[drawn], kind="stable")]
+    return {"points": points[drawn], "outside": outside[drawn], "numbers": numbers[drawn]}
+
+
+def one_a_spot(
+    values: Floats, kinds: NDArray[np.bool_], order: Floats, size: float, most: int
+) -> NDArray[np.int64]:
+    """Rows of points or edges, shape (N, D), that are drawn: of those of one kind, shape (N,), on a
+    spot the one that comes first in `order`, shape (N,); and at most so many. size: of the view
+    [m]."""
+    first = np.argsort(order, kind="stable")
+    if len(values) <= most:
+        return first
+    shown = first
+    for spots in SPOTS:
+        places = np.round(values[first] * (spots / size)).astype(np.int64)
+        keys = np.column_stack([places, kinds[first]])
+        shown = first[np.sort(np.unique(keys, axis=0, return_index=True)[1])]
+        if len(shown) <= most:
+            return shown
+    return shown[:most]

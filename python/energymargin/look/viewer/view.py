@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from html import escape
 from typing import Any
 
 import numpy as np
 
 import energymargin as em
 from energymargin.base.checks import whole_number
+from energymargin.base.plausibility import kept_warnings
 from energymargin.look.viewer import sources, texts
-from energymargin.look.viewer.grasps import page_of_grasps
 from energymargin.look.viewer.page import Page
 from energymargin.look.viewer.search import Scored, ShareProgress, score_state
 from energymargin.look.viewer.shots import Blobs, Shot
+
+MOST_GRASPS = 24  # grasps on a page
 
 
 def view(
@@ -83,8 +86,10 @@ def view(
     given = {name: n for name, n in {"nodes": nodes, "seed": seed}.items() if n is not None}
     source = sources.source_of(what, parameters, seed=seed or 0, progress=progress)
     try:
-        stored = _scores_of(source, scores, run, future)
-        source = _asked(source, future if scores is None or stored is None else stored.future)
+        stored = None if scores is None else _stored(source, scores, run)
+        source = replace(source, future=_asked(source, future, stored))
+        if isinstance(what, em.MarginProfile):
+            stored = sources.profile_scores(what)
         settings = em.searches.SearchSettings(**({} if stored is None else stored.search) | given)
         trajectory, frame = sources.first_frame(source, trajectory, frame)
         frames = source.frames(trajectory)
@@ -95,32 +100,21 @@ def view(
             title += f", trajectory {trajectory}"
         others = () if every is None else range(0, len(frames.times), every)
         numbers = sorted({frame, *others})
-        blobs, scored = Blobs(), list(_scored(frames, numbers, settings, scoring))
-        shots = [
-            _shot(blobs, frames, n, one, [] if stored is None else stored.at(frames.first + n))
-            for n, one in zip(numbers, scored, strict=True)
-        ]
+        blobs, scored, shots = Blobs(), list[Scored](), []
+        for number in numbers:
+
+            def tell(share: float, done: int = len(scored)) -> None:
+                if scoring is not None:
+                    scoring((done + share) / len(numbers))
+
+            place = None if frames.numbers is None else frames.numbers[number]
+            asked = frames.problem(number), settings, place, tell
+            scored.append(score_state(*asked, disturbance=frames.disturbance))
+            beside = [] if stored is None else stored.at(frames.first + number)
+            shots.append(_shot(blobs, frames, number, scored[-1], beside))
         return Page(title, shots, blobs.texts(), first=numbers.index(frame), scored=scored)
     finally:
         source.close()
-
-
-def _scored(
-    frames: sources.Frames,
-    numbers: list[int],
-    settings: em.searches.SearchSettings,
-    scoring: ShareProgress | None,
-) -> Iterator[Scored]:
-    """The scores of these frames, one after the other."""
-    for done, frame in enumerate(numbers):
-
-        def tell(share: float, done: int = done) -> None:
-            if scoring is not None:
-                scoring((done + share) / len(numbers))
-
-        place = None if frames.numbers is None else frames.numbers[frame]
-        what = frames.problem(frame), settings, place, tell
-        yield score_state(*what, disturbance=frames.disturbance)
 
 
 def _shot(
@@ -154,38 +148,72 @@ def _shot(
     return shot.content | {"words": "".join(words)}
 
 
-def _scores_of(
-    source: sources.StateSource,
-    scores: str | os.PathLike[str] | None,
-    run: int | None,
-    future: em.datasets.Future | None,
-) -> sources.FrameScores | None:
-    """Scores of a file, or of a MarginProfile; ValueError if they are about another question."""
-    if scores is None:
-        return (
-            sources.profile_scores(source.what)
-            if isinstance(source.what, em.MarginProfile)
-            else None
-        )
+def _stored(
+    source: sources.StateSource, scores: str | os.PathLike[str], run: int | None
+) -> sources.FrameScores:
+    """The scores of a file; ValueError if the source is no dataset, or not theirs."""
     if not isinstance(source.what, em.datasets.Dataset):
         kind = "a MarginProfile" if isinstance(source.what, em.MarginProfile) else "a problem"
         raise ValueError(f"scores are {str(scores)!r}, of no use with {kind} alone")
     name = source.title if source.opened else "DATASET"
-    stored = sources.stored_scores(scores, source.what, run, name)
-    if future is not None and future != stored.future:
+    return sources.stored_scores(scores, source.what, run, name)
+
+
+def _asked(
+    source: sources.StateSource,
+    future: em.datasets.Future | None,
+    stored: sources.FrameScores | None,
+) -> em.datasets.Future | None:
+    """What is asked of the states' future: that of their scores in a file, or the given one.
+
+    Raises ValueError if both are there and differ, and without a dataset."""
+    if stored is not None and future is not None and future != stored.future:
         asks = "states as they are" if stored.future is None else f"the future: {stored.future}"
         raise ValueError(
             f"what is asked is {future}, but the scores are about {asks}: leave the horizon out, "
             "or give another run"
         )
-    return stored
-
-
-def _asked(source: sources.StateSource, future: em.datasets.Future | None) -> sources.StateSource:
-    """The source whose states are asked about this future; ValueError on what is no dataset."""
     if future is not None and not isinstance(source.what, em.datasets.Dataset):
         raise ValueError(
             f"the horizon is {future.frames} frames, but there is no dataset that has them: give a "
             "problem its horizon in seconds, problem.replace(horizon=...)"
         )
-    return replace(source, future=future)
+    return future if stored is None else stored.future
+
+
+def page_of_grasps(scores: em.grasps.GraspScores, scoring: ShareProgress | None = None) -> Page:
+    """The page of all grasps, the best first; of more than MOST_GRASPS of ranks evenly from the
+    best to the worst. Raises ValueError if none has a score."""
+    _ = scores.best
+    ranks = np.unique(np.linspace(0, len(scores.ranked) - 1, MOST_GRASPS).astype(int))
+    blobs, shots = Blobs(), []
+    for done, rank in enumerate(ranks):
+        with kept_warnings():
+            shots.append(_grasp_shot(blobs, scores, int(rank)))
+        if scoring is not None:
+            scoring((done + 1) / len(ranks))
+    return Page(f"{len(scores.grasps)} grasps", shots, blobs.texts(), scored=[None] * len(shots))
+
+
+def _grasp_shot(blobs: Blobs, scores: em.grasps.GraspScores, rank: int) -> dict[str, Any]:
+    number = int(scores.ranked[rank])
+    name, (problem, why) = scores.grasps.names[number], scores.shown(number)
+    future = None if why else em.futures.undisturbed(problem)
+    states = problem.state[None] if future is None else future.states
+    holds = f"{scores.probabilities[number]:.2f}"
+    shot = Shot(blobs, f"{rank + 1}. {name}: {holds}", problem, states)
+    drawn = shot.add_sets()
+    if future is not None:
+        shot.add_future(future)
+    low, high = scores.interval()[number]
+    lines = [f"<b>{escape(name)}</b>, rank {rank + 1} of {len(scores.ranked)}"]
+    lines.append(f"held with probability {holds} ({low:.2f} to {high:.2f})")
+    if lost := scores.how_lost(number):
+        lines.append(f"lost: {escape(lost)}")
+    if why:
+        lines.append(f"The hand {why}: this is the open hand.")
+    words = [texts.box("<br>".join(lines))]
+    if future is not None:
+        words.append(texts.future_text(problem, future))
+    words += [texts.legend(problem, None, future), texts.sets_text(problem, drawn)]
+    return shot.content | {"words": "".join(words)}

@@ -180,36 +180,39 @@ class BodyNames:
 def as_block(trajectories: Sequence[Trajectory]) -> Block:
     """A block of these trajectories. Raises ValueError on a seed of more than 64 bits."""
     bodies: dict[str, int] = {}
-    contacts = [_contact_rows(trajectory.contacts, bodies) for trajectory in trajectories]
-    params = [json.dumps(t.params, sort_keys=True).encode() for t in trajectories]
+    entries = [_entries(trajectory, bodies) for trajectory in trajectories]
     rows = [
         (
-            *np.shape(t.states),
-            len(contacts[i]),
-            len(params[i]),
-            whole_number("seed", t.seed, -(2**63), 2**63 - 1),
-            t.success,
-            NO_LABEL if t.success_any is None else t.success_any,
+            *np.shape(trajectory.states),
+            *(len(own["contacts"]), len(own["params"])),
+            whole_number("seed", trajectory.seed, -(2**63), 2**63 - 1),
+            trajectory.success,
+            NO_LABEL if trajectory.success_any is None else trajectory.success_any,
         )
-        for i, t in enumerate(trajectories)
+        for trajectory, own in zip(trajectories, entries, strict=True)
     ]
-    columns: dict[str, list[NDArray[Any]]] = {
-        "times": [t.times for t in trajectories],
-        "captured": [t.captured for t in trajectories],
-        "captured_any": [
-            np.full(len(t), NO_LABEL) if t.captured_any is None else t.captured_any
-            for t in trajectories
-        ],
-        "contact_counts": [_contact_counts(t.contacts) for t in trajectories],
-        "states": [np.ravel(t.states) for t in trajectories],
-        "contacts": contacts,
-        "params": [np.frombuffer(text, np.uint8) for text in params],
-    }
     joined = {
-        name: np.concatenate([np.zeros(0, kind), *columns[name]]).astype(kind, copy=False)
+        name: np.concatenate([np.zeros(0, kind), *(own[name] for own in entries)])
         for name, (_, kind) in COLUMNS.items()
     }
     return Block(np.array(rows, dtype=ROW), joined, list(bodies))
+
+
+def _entries(one: Trajectory, bodies: dict[str, int]) -> dict[str, NDArray[Any]]:
+    """What a trajectory has in each column; bodies have their numbers in `bodies`, which gets new
+    names."""
+    some = np.full(len(one), NO_LABEL) if one.captured_any is None else one.captured_any
+    params = json.dumps(one.params, sort_keys=True).encode()
+    found = {
+        "times": one.times,
+        "captured": one.captured,
+        "captured_any": some,
+        "contact_counts": _contact_counts(one.contacts),
+        "states": np.ravel(one.states),
+        "contacts": _contact_rows(one.contacts, bodies),
+        "params": np.frombuffer(params, np.uint8),
+    }
+    return {name: np.asarray(found[name], kind) for name, (_, kind) in COLUMNS.items()}
 
 
 def as_blocks(trajectories: Iterable[Trajectory]) -> Iterator[Block]:

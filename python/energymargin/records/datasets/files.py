@@ -7,11 +7,12 @@
     bodies        names, by the numbers in the contacts
 
 The same dataset makes the same bytes: blocks are cut, chunks written, and bodies numbered as the
-trajectories alone say.
+trajectories alone say. A file is there whole, or as it was; also on a full disk.
 """
 
 from __future__ import annotations
 
+import io
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -25,6 +26,7 @@ from numpy.typing import NDArray
 
 from energymargin.base import hdf5
 from energymargin.base.errors import EnergyMarginError
+from energymargin.base.replacing import replaced
 from energymargin.records.datasets.columns import (
     COLUMNS,
     ROW,
@@ -35,7 +37,6 @@ from energymargin.records.datasets.columns import (
     cuts,
     starts,
 )
-from energymargin.records.datasets.hdf5 import Sink, written
 from energymargin.tasks.trajectories import Trajectory
 
 FORMAT = "energymargin dataset"
@@ -222,3 +223,64 @@ def _check_format(path: Path, file: h5py.File) -> None:
             f"{path} has version {version} of the dataset format, and this energymargin reads "
             f"version {VERSION}: {older if version < VERSION else 'update it'}"
         )
+
+
+class Sink(io.FileIO):
+    """The bytes of a file that HDF5 writes.
+
+    HDF5 ends the process where it cannot write what is left as a file is closed. So it is told of
+    no error: the first one is kept, and what comes after it is dropped.
+    """
+
+    _error: OSError | None = None
+
+    def __init__(self, path: Path) -> None:
+        """Makes the file, or empties it."""
+        super().__init__(path, "w+")
+
+    def __exit__(self, kind: type[BaseException] | None, *error: Any) -> None:
+        """Closes it. Raises the error of writing, if there was one."""
+        super().__exit__(kind, *error)
+        if kind is None or issubclass(kind, Exception):
+            self.require_written()
+
+    def require_written(self) -> None:
+        """Raises OSError unless all bytes so far are in the file."""
+        if self._error is not None:
+            raise self._error
+
+    def write(self, data: Any) -> int:
+        """Writes all of the data, if there was no error."""
+        left = memoryview(data).cast("B")
+        size = len(left)
+        try:
+            while left and self._error is None:
+                left = left[super().write(left) :]
+        except OSError as error:
+            self._error = error
+        return size
+
+    def readinto(self, buffer: Any) -> int:
+        """Reads; what was dropped is zeros, where HDF5 would take what is in the buffer."""
+        into = memoryview(buffer).cast("B")
+        count = super().readinto(into) or 0
+        into[count:] = bytes(len(into) - count)
+        return len(into)
+
+    def truncate(self, size: int | None = None) -> int:
+        """Sets the length, if there was no error."""
+        try:
+            return super().truncate(size)
+        except OSError as error:
+            self._error = self._error or error
+            return self.tell()
+
+
+@contextmanager
+def written(path: Path, **options: Any) -> Iterator[tuple[h5py.File, Sink]]:
+    """A new HDF5 file and its bytes, which is at `path` once the `with` block has ended well.
+
+    Raises OSError if it cannot be written; what is at `path` stays.
+    """
+    with replaced(path) as new, Sink(new) as sink, h5py.File(sink, "w", **options) as file:
+        yield file, sink

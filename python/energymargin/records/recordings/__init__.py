@@ -7,13 +7,17 @@ Of any number of bodies, in the plane (x, y, yaw) or in space.
 from energymargin.base.doors import check_doors
 from energymargin.records.recordings.bags import bag_topics, read_bag
 from energymargin.records.recordings.cleaning import Rules
-from energymargin.records.recordings.csv_files import Columns, from_table, read_csv
-from energymargin.records.recordings.kinds import kind_of
-from energymargin.records.recordings.labels import read_frame_labels, read_labels
+from energymargin.records.recordings.csv_files import (
+    Columns,
+    from_table,
+    read_csv,
+    read_frame_labels,
+    read_labels,
+)
+from energymargin.records.recordings.formats import kind_of
 from energymargin.records.recordings.lerobot import read_lerobot, read_successes
-from energymargin.records.recordings.placing import Placed, placed
+from energymargin.records.recordings.placing import Placed, RecordedTask, dataset, placed
 from energymargin.records.recordings.recording import Motion, Recording, Repairs
-from energymargin.records.recordings.trajectories import RecordedTask, dataset
 
 __all__ = [
     "Columns",

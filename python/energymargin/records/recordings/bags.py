@@ -22,11 +22,13 @@ from energymargin.base.errors import needs_extra
 from energymargin.base.plausibility import warn
 from energymargin.records.recordings import poses as se3
 from energymargin.records.recordings.cleaning import LooseRules, Rules, cleaned
-from energymargin.records.recordings.folders import require_own_files
-from energymargin.records.recordings.formats import require_recording
-from energymargin.records.recordings.outliers import gap_limits, lost
+from energymargin.records.recordings.formats import (
+    BAG_SUFFIXES,
+    require_own_files,
+    require_recording,
+)
 from energymargin.records.recordings.recording import Recording
-from energymargin.records.recordings.smoothing import interpolated, usual_step
+from energymargin.records.recordings.smoothing import gap_limits, interpolated, lost, usual_step
 from energymargin.records.recordings.table import BODIES, PLANAR, SPATIAL, FileSource, Floats, Mask
 
 if TYPE_CHECKING:
@@ -34,7 +36,6 @@ if TYPE_CHECKING:
     from rosbags.highlevel import AnyReader
     from typing_extensions import Unpack
 
-SUFFIXES = (".mcap", ".db3", ".bag")
 MOST_TILT = 0.2  # rad, of a body that moves in a plane; 11 deg, more than a camera's error
 MOST_RISE = 0.05  # m, the same of its height
 FLAT = 0.1  # length of the x axis seen from above, from which on its heading is known
@@ -128,7 +129,7 @@ def _reader(source: FileSource) -> Iterator[AnyReader]:
         require_own_files(source.path)
     paths = [source.path]
     if source.path.is_dir() and not (source.path / "metadata.yaml").exists():
-        paths = [file for file in source.path.iterdir() if file.suffix.lower() in SUFFIXES]
+        paths = [file for file in source.path.iterdir() if file.suffix.lower() in BAG_SUFFIXES]
         if not paths:
             raise source.error("has no metadata.yaml and no file of a bag, expected a bag's folder")
     try:

@@ -16,9 +16,14 @@ import numpy as np
 
 from energymargin.base.checks import numbers_of, positive_number, yes_or_no
 from energymargin.records.recordings import poses as se3, smoothing
-from energymargin.records.recordings.outliers import gap_limits, jumps, lost
 from energymargin.records.recordings.recording import Motion, Recording, Repairs
-from energymargin.records.recordings.smoothing import LEAST_FRAMES, interpolated
+from energymargin.records.recordings.smoothing import (
+    LEAST_FRAMES,
+    gap_limits,
+    interpolated,
+    jumps,
+    lost,
+)
 from energymargin.records.recordings.table import FileSource, Floats, Lines, Mask, columns_of, first
 
 if TYPE_CHECKING:

@@ -1,7 +1,9 @@
-"""CSV files: a recording's, with its columns and units, and those of labels."""
+"""CSV files: recordings, with their columns and units, and labels: what happened to recordings, and
+in each of their frames."""
 
 from __future__ import annotations
 
+import csv
 import json
 import math
 import os
@@ -41,6 +43,8 @@ RATES = ("_vx", "_vy", "_vz", "_yaw_rate", "_wx", "_wy", "_wz")
 
 NOT_SEEN = ("", "nan", "NaN", "NAN")
 LARGEST_NUMBER = 2**53  # of a frame; beyond it, doubles are not all whole numbers
+FRAME = re.compile(r"0|[1-9][0-9]{,14}")
+WORDS = {"1": True, "true": True, "yes": True, "0": False, "false": False, "no": False}
 
 
 def _kind(name: str) -> str:
@@ -235,32 +239,24 @@ def _require_keys(what: str, given: Any, known: Collection[str] = ()) -> None:
 def read_cells(source: FileSource, delimiter: str = ",") -> dict[int, list[str]]:
     """The cells of a CSV file as text, by their line; no empty lines.
 
-    Raises OSError, ImportError without pandas, and ValueError on a file that is not text in UTF-8,
-    is empty, or has rows of several lengths.
+    Raises OSError, and ValueError on a file that is not text in UTF-8, is empty, or has rows of
+    several lengths.
     """
-    with needs_extra("a CSV file of recordings", "recordings"):
-        import pandas as pd
+    lines = {}
     try:
-        cells = pd.read_csv(
-            source.path,
-            sep=delimiter,
-            header=None,
-            dtype=str,
-            keep_default_na=False,
-            skip_blank_lines=False,
-            encoding="utf-8-sig",
-            engine="python",  # which tells a cell that is missing from one that is empty
-        )
-    except ValueError as error:  # pandas' own are such
+        with source.path.open(encoding="utf-8-sig", newline="") as file:
+            reader = csv.reader(file, delimiter=delimiter)
+            for row in reader:
+                lines[reader.line_num] = [cell.strip() for cell in row]
+    except (UnicodeDecodeError, csv.Error) as error:
         raise source.error(f"{error}; expected a CSV file in UTF-8") from error
-    # Row by row, as pandas takes many columns one by one. A cell that is missing is no text.
-    rows = [[cell.strip() for cell in row if isinstance(cell, str)] for row in cells.to_numpy()]
-    lines = {line: row for line, row in enumerate(rows, start=1) if any(row)}
+    lines = {line: row for line, row in lines.items() if any(row)}
     if not lines:
         raise source.error("is empty; expected a CSV file")
+    width = len(next(iter(lines.values())))
     for line, row in lines.items():
-        if len(row) < cells.shape[1]:
-            raise source.error(f"has {len(row)} cells, expected {cells.shape[1]}", line)
+        if len(row) != width:
+            raise source.error(f"has {len(row)} cells, expected {width}", line)
     return lines
 
 
@@ -270,9 +266,9 @@ def _table(source: FileSource, columns: Columns) -> pd.DataFrame:
     Raises as `read_cells`, and ValueError with the line of a header or cell that is none of those
     expected.
     """
+    with needs_extra("a CSV file of recordings", "recordings"):
+        import pandas as pd
     lines = read_cells(source, columns.delimiter)
-    import pandas as pd
-
     top = next(iter(lines))
     try:
         places = columns.places(lines[top])
@@ -300,3 +296,44 @@ def _numbers(source: FileSource, name: str, cells: pd.Series[Any]) -> Floats:
         text = f"{name} is {cells.iloc[row]!r}, expected {expected}"
         raise source.error(text, cells.index[row])
     return values
+
+
+def read_labels(path: str | os.PathLike[str]) -> dict[str, bool]:
+    """Whether each recording succeeded, by its file's name.
+
+    The file has the columns recording,success, where success is 1, true or yes, or 0, false or no.
+    Raises OSError, and ValueError with the line that is something else or names a recording again.
+    """
+    return {name: label for (name,), label in _labelled(path, ("recording", "success")).items()}
+
+
+def read_frame_labels(path: str | os.PathLike[str]) -> dict[str, dict[int, bool]]:
+    """Whether the object was captured in each frame, by the file's name and the frame's number.
+
+    The file has the columns recording,frame,captured. Raises as `read_labels`.
+    """
+    labels: dict[str, dict[int, bool]] = {}
+    for (name, number), label in _labelled(path, ("recording", "frame", "captured")).items():
+        labels.setdefault(name, {})[int(number)] = label
+    return labels
+
+
+def _labelled(path: str | os.PathLike[str], header: tuple[str, ...]) -> dict[tuple[str, ...], bool]:
+    """The labels of a file with this header, by what comes before them in their rows."""
+    source = FileSource(Path(path))
+    (first, names), *rows = read_cells(source).items()
+    if tuple(names) != header:
+        raise source.error(f"the header is {','.join(names)}, expected {','.join(header)}", first)
+    labels: dict[tuple[str, ...], bool] = {}
+    for line, (*key, word) in rows:
+        known = key[0] and all(map(FRAME.fullmatch, key[1:])) and word.lower() in WORDS
+        if not known or tuple(key) in labels:
+            raise source.error(
+                f"has {','.join([*key, word])!r}, expected {','.join(header)}: the name of a "
+                f"recording's file, a frame's number, one of {', '.join(WORDS)}; each once",
+                line,
+            )
+        labels[tuple(key)] = WORDS[word.lower()]
+    if not labels:
+        raise source.error("has no labels")
+    return labels

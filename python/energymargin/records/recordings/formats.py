@@ -1,8 +1,11 @@
-"""Files of motions in formats that are not read, by their names."""
+"""Paths of recordings: their kind by the name, formats that are not read, and folders, which may be
+a stranger's: all files that are read lie in them."""
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
+from typing import Literal
 
 UNREAD = {
     "arrays of numpy": (".npy", ".npz"),
@@ -18,6 +21,10 @@ WAY = (
     "cup_y, cup_z, cup_qx, cup_qy, cup_qz, cup_qw, in SI units; read are CSV files, bags of ROS "
     "and folders of LeRobot"
 )
+BAG_SUFFIXES = (".mcap", ".db3", ".bag")
+INFO = Path("meta", "info.json")  # of a LeRobot dataset
+Kind = Literal["csv", "bag", "lerobot"]
+MOST_FILES = 1_000_000
 
 
 def require_recording(path: Path) -> None:
@@ -26,3 +33,33 @@ def require_recording(path: Path) -> None:
         name = f"{path.name.lower()}-"  # shards are a.tfrecord-00000-of-00010
         if any(f"{mark}-" in name or (path / mark).is_file() for mark in marks):
             raise ValueError(f"{path} is {what}, which is not read: {WAY}")
+
+
+def kind_of(path: str | os.PathLike[str]) -> Kind:
+    """Who reads it: `read_lerobot` the folder of a LeRobot dataset, `read_bag` any other folder and
+    what has a bag's suffix, `read_csv` the rest."""
+    if (Path(path) / INFO).is_file():
+        return "lerobot"
+    return "bag" if Path(path).suffix.lower() in BAG_SUFFIXES or Path(path).is_dir() else "csv"
+
+
+def require_own_files(folder: Path) -> None:
+    """Raises ValueError that names a link which leads out of a folder, and on too many files.
+
+    A folder of Hugging Face's cache (snapshots/REVISION) may have links into the blobs beside it.
+    """
+    top, count = folder.resolve(), 0
+    own = [top, *([top.parents[1] / "blobs"] if top.parent.name == "snapshots" else [])]
+    for place, folders, files in os.walk(folder):
+        for name in (*folders, *files):
+            path = Path(place, name)
+            if path.is_symlink() and not any(path.resolve().is_relative_to(one) for one in own):
+                raise ValueError(
+                    f"{path} is a link to {os.readlink(path)!r}, which is not in {folder}: "
+                    "expected a folder that is whole by itself; `cp -RL` makes one, if you trust it"
+                )
+            if not (path.is_file() or path.is_dir()):
+                raise ValueError(f"{path} is neither a file nor a folder, expected one")
+        count += len(files)
+        if count > MOST_FILES:
+            raise ValueError(f"{folder} has more than {MOST_FILES} files, expected a recording's")

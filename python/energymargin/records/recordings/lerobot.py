@@ -21,8 +21,7 @@ from energymargin.base.errors import needs_extra
 from energymargin.base.plausibility import warn
 from energymargin.records.recordings.cleaning import LooseRules, Rules, cleaned
 from energymargin.records.recordings.csv_files import Columns, headers
-from energymargin.records.recordings.folders import require_own_files
-from energymargin.records.recordings.formats import require_recording
+from energymargin.records.recordings.formats import INFO, require_own_files, require_recording
 from energymargin.records.recordings.recording import Recording
 from energymargin.records.recordings.smoothing import usual_step
 from energymargin.records.recordings.table import FileSource
@@ -31,7 +30,6 @@ if TYPE_CHECKING:
     import pandas as pd
     from typing_extensions import Unpack
 
-INFO = Path("meta", "info.json")
 EPISODE, FRAME, TIME, SUCCESS = "episode_index", "frame_index", "timestamp", "next.success"
 OWN = {FRAME: "frame", TIME: "time"}
 MOST_OFF = 0.1  # share by which times may differ from the frames a second that are said

@@ -2,9 +2,8 @@
 
 from energymargin.base.doors import check_doors
 from energymargin.evaluate.store.answer_file import AnswerFile
-from energymargin.records.store.export import curves_path, export, load
+from energymargin.records.store.export import curves_path, export, export_lerobot, load
 from energymargin.records.store.file import ScoreStore, add_scores
-from energymargin.records.store.lerobot import export_lerobot
 from energymargin.records.store.run import Run
 from energymargin.records.store.scoring import begin_run, dataset_metrics, score_dataset, score_run
 

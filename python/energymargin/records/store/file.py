@@ -18,6 +18,7 @@ from energymargin.evaluate.store import schema
 from energymargin.evaluate.store.answer_file import AnswerFile
 from energymargin.evaluate.store.schema import state_digest
 from energymargin.records.datasets import Dataset, Future
+from energymargin.records.evaluation import LabelledScores
 from energymargin.records.evaluation.labelled import NOW
 from energymargin.records.store.run import Run
 
@@ -65,11 +66,18 @@ class ScoreStore(AnswerFile, Summarized):
         best = max(alike, key=lambda one: (one.up_to_date, len(one.metrics)), default=None)
         return None if run.future is None else best
 
+    def labelled_scores(self, run: Run) -> tuple[LabelledScores, LabelledScores | None]:
+        """The scores of a run with their labels, and those of the run `beside` it, if there is
+        one."""
+        now = self.beside(run)
+        return run.labelled_scores(), None if now is None else now.labelled_scores()
+
     def scores(self, run: Run) -> dict[str, NDArray[np.float64]]:
         """The scores of a run by metric, shape (N,), and those of the run `beside` it, with NOW
         before a name that both have."""
-        found, now = dict(run.labelled_scores().scores), self.beside(run)
-        for metric, values in {} if now is None else now.labelled_scores().scores.items():
+        labelled, now = self.labelled_scores(run)
+        found = dict(labelled.scores)
+        for metric, values in {} if now is None else now.scores.items():
             found[f"{NOW}{metric}" if metric in found else metric] = values
         return found
 

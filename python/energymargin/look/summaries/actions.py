@@ -1,24 +1,60 @@
-"""Summaries of how much something can take."""
+"""Summaries of choices between plans, and of how much something can take."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
+import energymargin as em
+from energymargin.base.metrics import value_text
 from energymargin.base.summary import Picture, Summary
-from energymargin.base.table_text import DASH
-from energymargin.look.summaries.searches import UNFINISHED
-
-if TYPE_CHECKING:
-    from energymargin.act.critical import CriticalValue
-    from energymargin.act.curve import CriticalCurve
-    from energymargin.act.limits import CriticalValues
-    from energymargin.act.outcomes import OutcomeComparison
-    from energymargin.grasps import GraspLimits
-    from energymargin.mujoco import Diagnosis
+from energymargin.base.table_text import DASH, sentence
+from energymargin.look.summaries.words import UNFINISHED, named
 
 
-def critical_value(one: CriticalValue) -> Summary:
+def ranking(result: em.Ranking) -> Summary:
+    """The candidates from the best to the worst, beside their intervals; and the decision."""
+    metric = result.metric
+    rows = [
+        (
+            place,
+            each.name,
+            value_text(metric, each.score),
+            f"{value_text(metric, each.low)} to {value_text(metric, each.high)}",
+            each.draws,
+            result.left(each.name),
+        )
+        for place, each in enumerate(result, 1)
+    ]
+    wild = [
+        f"{each.diverged} of {each.draws} rollouts of {each.name} diverged, and do not count."
+        for each in result
+        if each.diverged
+    ]
+    head = ("", "candidate", named(metric), "95 % interval", "draws", "")
+    picture = Picture("plot_ranking", result, "the candidates with their intervals")
+    return Summary("", rows, head, [sentence(result.decision), *wild], picture=picture)
+
+
+def improvement(result: em.Improvement) -> Summary:
+    """The parameters before and after, and the last comparison."""
+    start, found = result.start, result.values
+    rows = [(name, f"{start[name]:.4g}", f"{found[name]:.4g}") for name in found]
+    head, notes = ("parameter", "start", "found"), [sentence(result.decision)]
+    return Summary("", rows, head, notes, further=ranking(result.ranking))
+
+
+def margin_profile(result: em.MarginProfile) -> Summary:
+    """Where it is weakest, beside the probability at each moment."""
+    rows = [
+        ("moments", len(result)),
+        ("of them captured", int(result.captured.sum())),
+        ("from, to", f"{result.times[0]:.4g} s, {result.times[-1]:.4g} s"),
+    ]
+    picture = Picture("plot_margin_profile", result, "the probability at each moment")
+    return Summary("Margin along a plan", rows, notes=[f"{result.summary}."], picture=picture)
+
+
+def critical_value(one: em.CriticalValue) -> Summary:
     """Where it holds, with the interval, and what it took."""
     holds, ends = _where_it_holds(one)
     rows = [
@@ -33,7 +69,7 @@ def critical_value(one: CriticalValue) -> Summary:
     return Summary(f"Critical {one.quantity}", rows, notes=notes, picture=picture)
 
 
-def critical_values(found: CriticalValues) -> Summary:
+def critical_values(found: em.actions.CriticalValues) -> Summary:
     """A row for each: nominal value, where it holds, with the interval, and margin."""
     rows = [
         (one.quantity, _with_unit(nominal, one.unit), *_where_it_holds(one), _margin(margin))
@@ -47,7 +83,7 @@ def critical_values(found: CriticalValues) -> Summary:
     return Summary("", rows, head, notes, picture=picture)
 
 
-def critical_curve(curve: CriticalCurve) -> Summary:
+def critical_curve(curve: em.CriticalCurve) -> Summary:
     """A row for each point."""
     rows = [
         (_with_unit(value, curve.unit), *_where_it_holds(one))
@@ -60,7 +96,7 @@ def critical_curve(curve: CriticalCurve) -> Summary:
     return Summary("", rows, head, notes, picture=picture)
 
 
-def grasp_limits(found: GraspLimits) -> Summary:
+def grasp_limits(found: em.grasps.GraspLimits) -> Summary:
     """A row for each grasp, with where it holds and the interval for each quantity."""
     columns = found.limits.values()
     rows = [
@@ -71,19 +107,19 @@ def grasp_limits(found: GraspLimits) -> Summary:
     return Summary("", rows, ("grasp", *found.limits), notes)
 
 
-def _of_grasp(one: CriticalValue | None, error: str | None) -> str:
+def _of_grasp(one: em.CriticalValue | None, error: str | None) -> str:
     if one is None:
         return error or "not made"
     return f"{_where_it_holds(one)[0]}\n{_where_it_holds(one)[1]}"
 
 
-def diagnosis(found: Diagnosis) -> Summary:
+def diagnosis(found: em.mujoco.Diagnosis) -> Summary:
     """A row for each finding."""
     rows = [(one.kind, one.where, one.text) for one in found.findings]
     return Summary("", rows, ("what", "where", "how"), [] if rows else ["Nothing was found."])
 
 
-def outcome_comparison(found: OutcomeComparison) -> Summary:
+def outcome_comparison(found: em.actions.OutcomeComparison) -> Summary:
     """Both means, who won how often, and since when it is sure."""
     rows = [
         (name, f"{mean:.3g}", "" if math.isnan(low) else f"{low:.2f} to {high:.2f}", won)
@@ -96,7 +132,7 @@ def outcome_comparison(found: OutcomeComparison) -> Summary:
     return Summary("", rows, ("", "mean", "interval", "did better"), [note])
 
 
-def _where_it_holds(one: CriticalValue) -> tuple[str, str]:
+def _where_it_holds(one: em.CriticalValue) -> tuple[str, str]:
     """In words, and the intervals, a part for each crossing."""
     if not one.crossings:
         low, high = (_with_unit(end, one.unit) for end in one.range)

@@ -1,4 +1,4 @@
-"""Grasps: their probabilities by rank, and a hand on its object from two sides."""
+"""Grasps by rank, a hand on its object from two sides, and how things lie on a plane."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from energymargin._core import Scene
-from energymargin.base.checks import check_type, whole_number
+from energymargin.base.checks import whole_number
 from energymargin.grasps.outcomes import NO_GRIP, Closed
 from energymargin.grasps.scores import GraspScores, grasp_of
 from energymargin.look.outlines import Plan, view_of
 from energymargin.look.plots import styles
 from energymargin.look.plots.scenes import draw_bodies, set_plane
+from energymargin.placing import RestingPoses
 
 KINDS = {  # by label: words, colour, marker
     "held": ("recorded as held", "#0072B2", "o"),
@@ -26,6 +27,7 @@ KINDS = {  # by label: words, colour, marker
 NAMED = 40  # grasps whose names stand below them
 SIZE = (8.0, 3.6)  # inch
 SIDES: tuple[Plan, Plan] = (("x", "z"), ("y", "z"))
+MOST_POSES = 8  # pictures of a figure
 AXES = {"x": "as the fingers open [m]", "y": "across that [m]", "z": "against the approach [m]"}
 DOWN = np.diag([1.0, -1.0, -1.0])  # turns z, the approach, down
 
@@ -37,9 +39,8 @@ def plot_grasps(scores: GraspScores, ax: Axes | None = None) -> Axes:
     left out. Returns `ax`, or the axes of a new figure. Raises ValueError on another thing than
     GraspScores.
     """
-    check_type("scores", scores, GraspScores, "GraspScores, as of em.grasps.score")
-    axes = styles.axes_or_new(ax, *SIZE)
     scored = scores.ranked
+    axes = styles.axes_or_new(ax, *SIZE)
     ranks, values = np.arange(1, len(scored) + 1), scores.probabilities[scored]
     low, high = scores.interval()[scored].T
     kinds = np.array([_kind(label) for label in scores.grasps.labels[scored]])
@@ -72,7 +73,6 @@ def figure_grasp(scores: GraspScores, number: int) -> Figure:
     inside of what it is in. Raises ValueError on another thing than GraspScores, or no number of a
     grasp.
     """
-    check_type("scores", scores, GraspScores, "GraspScores, as of em.grasps.score")
     if whole_number("number", number, 0) >= len(scores.grasps):
         raise ValueError(f"number is {number}, expected 0 to {len(scores.grasps) - 1}")
     trials, grasp = scores.trials, grasp_of(scores.grasps, number)
@@ -92,7 +92,12 @@ def figure_grasp(scores: GraspScores, number: int) -> Figure:
         names = {**AXES, "z": "height [m]"} if trials.protocol.table else AXES
         ax.set(xlabel=names[plane[0]], ylabel=names[plane[1]])
         ax.locator_params(nbins=4)
-    figure.suptitle(f"{styles.folded(scores.grasps.names[number])}: {what}", fontsize=10)
+    title = f"{styles.folded(scores.grasps.names[number])}: {what}"
+    if scores.counted[number]:
+        least, most = scores.interval()[number]
+        title += f", holds in {scores.probabilities[number]:.2f} of its trials"
+        title += f" ({least:.2f} to {most:.2f})"
+    figure.suptitle(title, fontsize=10)
     return figure
 
 
@@ -118,3 +123,48 @@ def _turned(scene: Scene, closed: Closed, table: bool) -> NDArray[np.float64]:
 
 def _kind(label: float) -> str:
     return "" if np.isnan(label) else "held" if label >= 0.5 else "lost"
+
+
+def plot_resting_pose(poses: RestingPoses, number: int = 0, ax: Axes | None = None) -> Axes:
+    """A pose from the side along which it topples most easily, with its probability.
+
+    Returns `ax`, or the axes of a new figure. Raises ValueError on another thing than RestingPoses,
+    or no number of a pose.
+    """
+    if whole_number("number", number, 0) >= len(poses.poses):
+        raise ValueError(f"number is {number}, expected below {len(poses)}, the number of poses")
+    ax = styles.axes_or_new(ax, 3.2, 2.8)
+    one = poses[number]
+    scene = Scene()
+    scene.add_plane("ground")
+    where: dict[str, Any] = {"position": one.pose[:3, 3], "orientation": one.orientation}
+    scene.add_body("object", poses.shape, mass=poses.mass, role="object", **where)
+    state = scene.pack()
+    (left, right), (_, top) = view_of(scene, state[np.newaxis], SIDES[0])
+    limits = (left, right), (-0.15 * top, top)
+    draw_bodies(ax, scene, state, SIDES[0], limits)
+    set_plane(ax, SIDES[0], limits)
+    ax.plot(0.0, one.height, "k+")
+    ax.locator_params(nbins=4)
+    work = f", topples with {one.least_work:.3g} J" if one.work else ""
+    ax.set_title(f"{number}: {one.probability:.1%}{work}", fontsize=9)
+    return ax
+
+
+def figure_resting_poses(poses: RestingPoses) -> Figure:
+    """The most probable poses, at most eight, each from the side.
+
+    Raises ValueError on another thing than RestingPoses, or none at all.
+    """
+    if not len(poses.poses):
+        raise ValueError("poses is empty, expected one at least")
+    count = min(len(poses), MOST_POSES)
+    columns = min(count, MOST_POSES // 2)
+    rows = -(-count // columns)
+    figure = Figure(figsize=(3.0 * columns, 2.7 * rows), layout="constrained")
+    axes = np.ravel(figure.subplots(rows, columns))
+    for number, ax in enumerate(axes[:count]):
+        plot_resting_pose(poses, number, ax)
+    for ax in axes[count:]:
+        ax.set_axis_off()
+    return figure
