@@ -81,10 +81,9 @@ def limits(
     ranges = dict(map(_range, vary))
     if len(ranges) < len(vary):
         raise ValueError(f"--vary is {', '.join(vary)}, expected each quantity once")
-    asked: dict[str, Any] = {"vary": ranges, "seed": seed}
+    asked: dict[str, Any] = {"vary": ranges, "seed": seed, "executor": where.executor()}
     asked |= {"probability": probability, "confidence": confidence, "timeout": where.timeout}
-    asked |= {} if draws is None else {"draws": draws}
-    asked |= {"executor": where.executor(), "store": store}
+    asked |= {"store": store} | ({} if draws is None else {"draws": draws})
     found: CriticalValues | GraspLimits
     if hand is None:
         found = _of_problem(file, asked)
@@ -94,8 +93,8 @@ def limits(
     out.print(told.to_markdown() if hand is None else told, **PLAIN)
     if output is not None:
         page = f"{PAGE}{escape_html(file.name)}</title>{told.to_html()}\n"
-        cards = {".html": page, ".md": told.to_markdown()}
-        replace_text(output, cards.get(output.suffix) or found.to_json())
+        cards = {".html": page, ".md": told.to_markdown(), ".json": found.to_json()}
+        replace_text(output, cards[output.suffix])
         say(f"Wrote {escape(str(output))}")
     if not found.complete:
         warn("the time was over before all values were tried")
@@ -114,11 +113,10 @@ def _of_grasps(
 ) -> GraspLimits:
     from energymargin import grasps
 
-    with arguments_as_options(OF_OBJECT):
+    with arguments_as_options(OF_OBJECT), bar("Searching", "grasps") as progress:
         object = grasps.GraspObject.of(found.object, **given(thing))
         what = (found, chosen_hand(hand), object, chosen_protocol(protocol))
-        with bar("Searching", "grasps") as progress:
-            return grasps.limits(*what, progress=progress, **asked)
+        return grasps.limits(*what, progress=progress, **asked)
 
 
 def _range(text: str) -> tuple[str, tuple[float, float]]:

@@ -11,8 +11,7 @@ from energymargin.look.summaries.searches import UNFINISHED
 
 if TYPE_CHECKING:
     from energymargin.act.critical import CriticalValue
-    from energymargin.act.curve import CriticalCurve
-    from energymargin.act.limits import CriticalValues
+    from energymargin.act.limits import CriticalCurve, CriticalValues
     from energymargin.act.outcomes import OutcomeComparison
     from energymargin.grasps import GraspLimits
     from energymargin.mujoco import Diagnosis
