@@ -47,8 +47,9 @@ def quantity_of(problem: Problem, name: str) -> Quantity:
             name, unit, engine.varies[name], lambda value: with_varied(problem, {name: value})
         )
     kind, _, of = name.partition(".")
-    one_of("vary", f"{kind}.{OF.get(kind, 'BODY')}" if of else kind, KINDS)
-    return QUANTITIES[kind](problem, name, of)
+    part = "JOINT" if kind == "force" else "BODY"
+    known = one_of("vary", f"{kind}.{part}" if of else kind, tuple(QUANTITIES))
+    return QUANTITIES[known](problem, name, of)
 
 
 def _horizon(problem: Problem, name: str, _: str) -> Quantity:
@@ -216,12 +217,8 @@ def _pose(problem: Problem, name: str, body: str) -> Quantity:
 
 AXES, LIMIT = "xyz", "torque_limit"
 ALMOST = 1e-6  # of a step
-POSES = ("x", "y", "z", "rx", "ry", "rz")
 QUANTITIES: dict[str, Callable[[Problem, str, str], Quantity]] = {
     **{"push": _push, "horizon": _horizon, "speed": _speed, "delay": _delay, "gain": _gain},
-    **{"friction": _of_body, "mass": _of_body, "force": _force},
-    **dict.fromkeys(POSES, _pose),
+    **{"friction.BODY": _of_body, "mass.BODY": _of_body, "force.JOINT": _force},
+    **{f"{turn}{axis}.BODY": _pose for turn in ("", "r") for axis in AXES},
 }
-OF = {"friction": "BODY", "mass": "BODY", "force": "JOINT", **dict.fromkeys(POSES, "BODY")}
-"""What a name goes on with."""
-KINDS = tuple(f"{kind}.{OF[kind]}" if kind in OF else kind for kind in QUANTITIES)

@@ -137,12 +137,12 @@ class Monitor(Closing):
             )
         count = whole_number("workers", workers, 1, MOST_WORKERS)
         self._threads = max(1, core_count("threads", threads) // (count if threads is None else 1))
-        self._most_waiting = whole_number("waiting", waiting, 1)
+        most_waiting = whole_number("waiting", waiting, 1)
         self._trend_window = positive_number("trend_window", trend_window)
         self._kept = whole_number("kept", kept, 1)
         self._on_reading = function_or_none("on_reading", on_reading, "reading")
 
-        self._stream = Stream()
+        self._stream = Stream(most_waiting)
         self._lock = self._stream.changed
         self._delivery = threading.RLock()  # readings come one after the other
         self._history: list[Reading] = []
@@ -176,13 +176,9 @@ class Monitor(Closing):
                     "begins a new trajectory"
                 )
             self._newest = time
-            came = clock.monotonic()
             waiting = self._stream.waiting
-            waiting.append(Pushed(self._newest, vector, came, self._stream.cancel))
-            self._count(pushed=1)
-            if len(waiting) > self._most_waiting:
-                waiting.popleft()
-                self._count(dropped=1)
+            self._count(pushed=1, dropped=int(len(waiting) == waiting.maxlen))
+            waiting.append(Pushed(time, vector, clock.monotonic(), self._stream.cancel))
             self._lock.notify()
 
     @property
@@ -318,8 +314,9 @@ class Monitor(Closing):
             self._follow(pushed.time, score.value)
             trend = self._trend(pushed.time, score.value)
             self._count(scored=1, late=int(late), foreseen=int(score.probability is None))
-        now = (trend, self._is_on, lateness, late)
-        reading = Reading(pushed.time, *score[:3], *now, *score[3:])
+        now: dict[str, Any] = {"trend": trend, "alarm": self._is_on}
+        now |= {"lateness": lateness, "late": late}
+        reading = Reading(pushed.time, **score._asdict(), **now)
         bisect.insort(self._history, reading, key=lambda known: known.time)
         del self._history[: -self._kept]
         return reading

@@ -9,10 +9,10 @@ from matplotlib.axes import Axes
 
 from energymargin.act.critical import CriticalValue
 from energymargin.act.limits import CriticalCurve, CriticalValues
+from energymargin.act.scale import Scale
 from energymargin.base.checks import check_type
 from energymargin.look.plots import styles
 
-RATIO = 10.0  # of the ends of a range, from which on its axis is logarithmic
 TIGHTEST, OTHERS = "tab:orange", "tab:blue"
 LINE = 0.42  # inch, of a quantity
 WITHOUT = {"everywhere": "holds in the whole range", "nowhere": "does not hold in the range"}
@@ -133,7 +133,8 @@ def _beside(at: float) -> dict[str, Any]:
 
 
 def _by_ratio(ax: Axes, axis: str, ends: tuple[float, float]) -> None:
-    if ends[0] > 0 and ends[1] / ends[0] > RATIO:
+    """Makes an axis logarithmic if its values were searched by ratios."""
+    if Scale.of(ends).by_ratio:
         (ax.set_xscale if axis == "x" else ax.set_yscale)("log")
 
 
