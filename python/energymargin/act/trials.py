@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from energymargin._core import Cancel, Cancelled, Problem
-from energymargin.act.draws import Draw, Draws, Question, Trial
+from energymargin.act.draws import Draw, Draws, Question, Trial, check_uncertainty
 from energymargin.base.checks import check_type, shown
 from energymargin.base.limits import Limit
 from energymargin.disturbances import Disturbance, text_of
@@ -52,12 +52,13 @@ class Trials(ExitStack):
 
         `store`: trials that are whole go there, and are not run again. `threads`: in place of an
         executor; None takes all cores. `on_draws`: called with draws as they come in, or are read.
-        Raises ValueError if executor and threads are given, and on a disturbance that a file cannot
-        tell from another; else as AnswerFile.
+        Raises ValueError on another thing than an Uncertainty, if executor and threads are given,
+        and on a disturbance that a file cannot tell from another; else as AnswerFile.
         """
         super().__init__()
+        check_uncertainty(uncertainty)
         self._on_draws, on = on_draws, chosen_executor(executor, threads)
-        self._uncertainty = uncertainty and uncertainty.to_json()
+        self._uncertainty = uncertainty
         check_type("store", store, str | Path | None, "the name of a file, or None")
         self._file: AnswerFile | None = None
         with ExitStack() as opened:
@@ -96,7 +97,8 @@ class Trials(ExitStack):
             return None
         file = self._file
         asked = (question.metric, question.seed, question.nodes)
-        asked_of = (self._uncertainty, *asked, _disturbance_text(question.disturbance))
+        known = None if self._uncertainty is None else self._uncertainty.to_json()
+        asked_of = (known, *asked, _disturbance_text(question.disturbance))
 
         def digest(trial: Trial) -> bytes:
             """The particles of a candidate follow from the first one and their numbers."""
