@@ -3,10 +3,9 @@
 from energymargin.act.candidates import Standing
 from energymargin.act.choosing import Candidates, Noise
 from energymargin.act.critical import CriticalValue, critical_value, critical_value_of
-from energymargin.act.curve import CriticalCurve, critical_curve
 from energymargin.act.guard import Decision, Guard, GuardCounters, ProblemOfAction
 from energymargin.act.improvement import Generation, Improvement, improve
-from energymargin.act.limits import CriticalValues, critical_values
+from energymargin.act.limits import CriticalCurve, CriticalValues, critical_curve, critical_values
 from energymargin.act.outcomes import OutcomeComparison, compare
 from energymargin.act.profile import MarginProfile, Moment, margin_profile
 from energymargin.act.quantities import Quantity, quantity_of

@@ -20,9 +20,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Cancel, Cancelled, CaptureProbability, Problem
+from energymargin.act.trials import OF_ROLLOUTS
 from energymargin.base.checks import numbers_of, shown, whole_number
 from energymargin.base.reprs import Record
-from energymargin.evaluate.divergence import ANY, is_unknown
+from energymargin.evaluate.divergence import is_unknown
 from energymargin.evaluate.searches import SearchSettings, metric_search
 
 NUMBERS = "a number or an array of numbers"
@@ -135,9 +136,8 @@ class SafestAction:
                     replace(self.settings, seed=seed),
                     disturbance=self.disturbance,
                     threads=self.threads,
-                    undisturbed=False,
-                    most_diverged=ANY,
                     cancel=self.cancel,
+                    **OF_ROLLOUTS,
                 )
             if not asked[number].complete:
                 raise Cancelled("cancelled before an action was chosen")

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 from math import isnan, nan
 from pathlib import Path
 from typing import Any
@@ -12,12 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Cancel, Problem
-from energymargin.act.crossing import PILOT, Asking, Outcomes, Rule, Run, crossings
-from energymargin.act.draws import Disturbance, Question, Trial, check_uncertainty
-from energymargin.act.scale import Scale
+from energymargin._core import Cancel, Cancelled, Problem
+from energymargin.act.crossing import Search
+from energymargin.act.draws import Disturbance, Draws, Question, Trial, check_uncertainty
 from energymargin.act.trials import Trials
-from energymargin.base.checks import function_of, function_or_none, share, whole_number
+from energymargin.base.checks import function_of
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import warn
 from energymargin.base.reprs import Record
@@ -78,33 +77,6 @@ class CriticalValue(Record, Summarized):
         """(low, high) of the critical value, with the confidence that was asked for."""
         return self.low, self.high
 
-    @staticmethod
-    def unknown(
-        quantity: str, unit: str, range: tuple[float, float], *, like: CriticalValue
-    ) -> CriticalValue:
-        """Of a search that did not begin, asked as another one."""
-        ends = (float(range[0]), float(range[1]))
-        asked: dict[str, Any] = {
-            "quantity": quantity,
-            "unit": unit,
-            "range": ends,
-            "side": "unknown",
-        }
-        known: dict[str, Any] = {
-            "value": nan,
-            "low": ends[0],
-            "high": ends[1],
-            "monotone": None,
-            "crossings": (),
-        }
-        counts: dict[str, Any] = {
-            "rollouts": 0,
-            "steps": 0,
-            "diverged": 0,
-            "outcomes": np.zeros((0, 3)),
-        }
-        return replace(like, **asked, **known, **counts, complete=False)
-
 
 def critical_value(
     problem_of: ProblemOf,
@@ -161,15 +133,40 @@ def critical_value(
     one draw, and more than 1 % of them, diverge; TimeoutError or Cancelled if not even the first
     values were tried.
     """
-    limit = Limit(timeout, cancel)
     function_of("problem_of", problem_of, "value")
     check_uncertainty(uncertainty)
-    asked = (quantity, range, unit, probability, confidence, draws, tolerance, progress, limit)
-    search, question = _Search(*asked), Question(metric, disturbance, seed)
+    limit, question = Limit(timeout, cancel), Question(metric, disturbance, seed)
     if question.is_effort:
         raise ValueError(f"metric is {metric!r}, expected 'probability' or 'probability/success'")
+
+    def run(value: float, draws: Sequence[int]) -> tuple[NDArray[np.float64], int] | None:
+        try:
+            problem = problem_of(value)
+        except ValueError as error:
+            said = f"no problem has {quantity} {value:g}: {error}; change the range"
+            raise ValueError(said) from error
+        question.check(f"the problem of {quantity} {value:g}", problem)
+        parts = _trials(problem, uncertainty, seed, draws)
+        found = [one for one in trials.run(question, parts, limit) if one is not None]
+        joined = Draws.joined(found)
+        return (joined.values, joined.steps) if len(found) == len(parts) else None
+
+    asked = (range, probability, confidence, draws, tolerance, progress, limit)
+    search = Search(quantity, run, *asked)
     with Trials(question, store=store, executor=executor, threads=threads) as trials:
-        return search.found(_Rollouts(problem_of, quantity, question, uncertainty, trials, limit))
+        return _found(search, unit)
+
+
+def _trials(
+    problem: Problem, uncertainty: Uncertainty | None, seed: int, draws: Sequence[int]
+) -> list[Trial]:
+    """Draws that follow each other are one trial, unless each has a problem of its own."""
+    if uncertainty is not None:
+        belief = Belief(problem, uncertainty=uncertainty)
+        particles = (numbered_particle(belief, seed, j) for j in draws)
+        return [Trial(k, range(draws[k], draws[k] + 1), one) for k, one in enumerate(particles)]
+    spans = np.split(draws, np.flatnonzero(np.diff(draws) != 1) + 1)
+    return [Trial(k, range(one[0], one[-1] + 1), problem) for k, one in enumerate(spans)]
 
 
 def critical_value_of(
@@ -193,121 +190,81 @@ def critical_value_of(
     errors: as `critical_value`. Raises ValueError on another number of outcomes, or other ones.
     """
     function_of("outcomes_of", outcomes_of, "value", "numbers")
-    limit = Limit(timeout, cancel)
 
-    def run(value: float, numbers: Sequence[int]) -> Iterator[Outcomes | None]:
-        if limit.reached:
-            yield None
-            return
+    def run(value: float, numbers: Sequence[int]) -> tuple[NDArray[np.float64], int]:
         found = np.asarray(outcomes_of(value, numbers), dtype=float)
         if found.shape != (len(numbers),) or not np.isin(found[~np.isnan(found)], (0, 1)).all():
             raise ValueError(
                 f"outcomes_of returned {found!r} for {len(numbers)} draws, expected as many of 0, "
                 "1 or NaN"
             )
-        yield Outcomes(numbers, found, 0)
+        return found, 0
 
-    asked = (quantity, range, unit, probability, confidence, draws, tolerance, progress, limit)
-    return _Search(*asked).found(run)
-
-
-Progress = Callable[[int, int], None]
+    asked = (range, probability, confidence, draws, tolerance, progress, Limit(timeout, cancel))
+    return _found(Search(quantity, run, *asked), unit)
 
 
-def going_on(progress: Progress | None, found: Sequence[CriticalValue]) -> Progress | None:
-    """Progress of one more search."""
-    if progress is None:
-        return None
-    before = sum(one.rollouts for one in found)
-    return lambda done, total: progress(before + done, before + total)
+def one_after_the_other(
+    searches: Iterable[tuple[ProblemOf, str, tuple[float, float], str]],
+    progress: Callable[[int, int], None] | None,
+    limit: Limit,
+    asked: Mapping[str, Any],
+) -> tuple[CriticalValue, ...]:
+    """Critical values of problems by name, range and unit; those that a limit left out are unknown.
 
-
-@dataclass(frozen=True)
-class _Search:
-    """What a search is asked; raises ValueError on what cannot be."""
-
-    quantity: str
-    ends: tuple[float, float]
-    unit: str
-    probability: float
-    confidence: float
-    draws: int | None
-    tolerance: float
-    progress: Callable[[int, int], None] | None
-    limit: Limit
-
-    def __post_init__(self) -> None:
-        """Checks it."""
-        function_or_none("progress", self.progress, "done", "total")
-        Scale.of(self.ends)
-        for name in ("probability", "confidence"):
-            if share(name, of := getattr(self, name)) == 0.0:
-                raise ValueError(f"{name} is {of:g}, expected a number between 0 and 1")
-        if not 0.0 < share("tolerance", self.tolerance) < 0.5:
-            raise ValueError(
-                f"tolerance is {self.tolerance:g}, expected a share of the range, such as 0.01"
-            )
-        if self.draws is not None:
-            whole_number("draws", self.draws, PILOT)
-
-    def found(self, run: Run) -> CriticalValue:
-        """What it finds."""
-        rule, scale = Rule.of(self.probability, self.confidence, self.draws), Scale.of(self.ends)
-        asking = Asking(self.quantity, run, scale, rule, self.progress)
-        parts = crossings(asking, self.tolerance, self.limit)
-        found = [part.crossing for part in parts]
-        first, told = found[0], [one.monotone for one in found]
-        monotone = False if asking.turns() else None if None in told else False not in told
-        if monotone is False:
-            warn([(self.quantity, f"{self.quantity} is not monotone: {MORE}")], None)
-        return CriticalValue(
-            self.quantity,
-            self.unit,
-            scale.ends,
-            self.probability,
-            first.value,
-            *(first.low, first.high, self.confidence, first.side),
-            monotone=monotone,
-            crossings=tuple((c.value, c.low, c.high, c.side) for c in found if not isnan(c.value)),
-            outcomes=np.array(sorted(row for part in parts for row in part.table())),
-            rollouts=asking.rollouts,
-            steps=asking.steps,
-            diverged=int(asking.diverged.sum()),
-            complete=not asking.stopped,
-        )
-
-
-@dataclass(frozen=True)
-class _Rollouts:
-    """Outcomes of rollouts of problems."""
-
-    problem_of: ProblemOf
-    quantity: str
-    question: Question
-    uncertainty: Uncertainty | None
-    trials: Trials
-    limit: Limit
-
-    def __call__(self, value: float, draws: Sequence[int]) -> Iterator[Outcomes | None]:
-        """As Run."""
-        spans, problems = self._problems(value, draws)
-        asked = [Trial(k, *one) for k, one in enumerate(zip(spans, problems, strict=True))]
-        found = self.trials.run(self.question, asked, self.limit)
-        for span, one in zip(spans, found, strict=True):
-            yield None if one is None else Outcomes(span, one.values, one.steps)
-
-    def _problems(self, value: float, draws: Sequence[int]) -> tuple[list[range], list[Problem]]:
-        """Draws that have one problem together, and that of each."""
+    Raises TimeoutError or Cancelled if that is the first.
+    """
+    found: list[CriticalValue] = []
+    for problem_of, name, ends, unit in searches:
+        given: dict[str, Any] = {**asked, **limit.rest(), "unit": unit}
+        if progress is not None:
+            before = sum(one.rollouts for one in found)
+            given["progress"] = partial(_going_on, progress, before)
         try:
-            problem = self.problem_of(value)
-        except ValueError as error:
-            said = f"no problem has {self.quantity} {value:g}: {error}; change the range"
-            raise ValueError(said) from error
-        self.question.check(f"the problem of {self.quantity} {value:g}", problem)
-        if self.uncertainty is not None:
-            belief, seed = Belief(problem, uncertainty=self.uncertainty), self.question.seed
-            problems = [numbered_particle(belief, seed, j) for j in draws]
-            return [range(j, j + 1) for j in draws], problems
-        cuts = [0, *(k + 1 for k, (a, b) in enumerate(pairwise(draws)) if b != a + 1), len(draws)]
-        spans = [range(draws[a], draws[b - 1] + 1) for a, b in pairwise(cuts)]
-        return spans, [problem] * len(spans)
+            found.append(critical_value(problem_of, name, ends, **given))
+        except (Cancelled, TimeoutError):
+            if not found:
+                raise
+            found.append(_unknown(name, unit, ends, found[0]))
+    return tuple(found)
+
+
+def _going_on(progress: Callable[[int, int], None], before: int, done: int, total: int) -> None:
+    progress(before + done, before + total)
+
+
+def _unknown(
+    quantity: str, unit: str, range: tuple[float, float], like: CriticalValue
+) -> CriticalValue:
+    """Of a search that did not begin, asked as another one."""
+    low, high = map(float, range)
+    none = (0, 0, 0, False)  # rollouts, steps, diverged, complete
+    ends = (nan, low, high, like.confidence, "unknown", None, (), np.zeros((0, 3)))
+    return CriticalValue(quantity, unit, (low, high), like.probability, *ends, *none)
+
+
+def _found(search: Search, unit: str) -> CriticalValue:
+    """What a search finds."""
+    parts = search.parts()
+    first, told = parts[0], [part.monotone for part in parts]
+    monotone = False if search.turns() else None if None in told else False not in told
+    if monotone is False:
+        warn([(search.quantity, f"{search.quantity} is not monotone: {MORE}")], None)
+    return CriticalValue(
+        search.quantity,
+        unit,
+        search.scale.ends,
+        search.probability,
+        first.value,
+        first.low,
+        first.high,
+        search.confidence,
+        first.side,
+        monotone=monotone,
+        crossings=tuple((p.value, p.low, p.high, p.side) for p in parts if not isnan(p.value)),
+        outcomes=np.array(sorted(row for part in parts for row in part.table())),
+        rollouts=search.rollouts,
+        steps=search.steps,
+        diverged=int(search.diverged.sum()),
+        complete=not search.stopped,
+    )

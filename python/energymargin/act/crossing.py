@@ -14,17 +14,17 @@ not, all draws are asked where it seems to turn, and each part between two such 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import InitVar, dataclass, field
 from itertools import groupby, pairwise
 from math import isnan, log, nan
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
 from energymargin.act.scale import Scale
+from energymargin.base.checks import function_or_none, open_share, whole_number
 from energymargin.base.errors import DivergedError
 from energymargin.base.limits import Limit
 from energymargin.evaluate.divergence import too_many_diverged
@@ -39,79 +39,93 @@ SURPRISES = 16  # outcomes that follow, and are asked all the same
 STEP = 0.01  # of the range; by so much at least an end is moved
 ALMOST = 1e-12  # of the scale
 FIRST = tuple(np.linspace(0.0, 1.0, BETWEEN * (GRID - 1) + 1).tolist())
+NOT_ASKED = -1.0
 
-
-class Outcomes(NamedTuple):
-    """What became of some draws at a value."""
-
-    draws: Sequence[int]
-    values: NDArray[np.float64]
-    """1 if it holds, 0 if it is lost, NaN if it diverged; one a draw."""
-    steps: int
-    """Simulation steps."""
-
-
-Run = Callable[[float, Sequence[int]], Iterable[Outcomes | None]]
-"""Outcomes of draws, which rise, at a value, in parts; None of a part that a limit stopped."""
-
-
-@dataclass(frozen=True)
-class Rule:
-    """How many of the draws may be lost where the probability is the one that is asked for."""
-
-    draws: int
-    lost: float  # the share that is lost there
-    alpha: float  # of each end
-    ranks: tuple[int, int, int]  # of the draws whose critical values are the ends and the value
-
-    @classmethod
-    def of(cls, probability: float, confidence: float, draws: int | None) -> Rule:
-        """By what is asked; None: as many draws as both ends of the interval need."""
-        lost, alpha = 1.0 - probability, (1.0 - confidence) / 2.0
-        if draws is None:
-            enough = log(alpha / SPARE) / log(max(lost, probability))
-            draws = int(min(max(DRAWS, np.ceil(enough)), MOST))
-        law = stats.binom(draws, lost)
-        counts = np.arange(draws + 1)
-        plausible = counts[(law.cdf(counts) > alpha) & (law.sf(counts - 1) > alpha)]
-        middle = int(np.floor(lost * draws)) + 1
-        return cls(draws, lost, alpha, (int(plausible[0]), middle, int(plausible[-1]) + 1))
-
-    def is_few(self, lost: int, draws: int, alpha: float) -> bool:
-        """Whether so few of new draws are lost that the probability is larger."""
-        return bool(stats.binom.cdf(lost, draws, self.lost) <= alpha)
-
-    def is_many(self, lost: int, draws: int, alpha: float) -> bool:
-        """Whether so many of new draws are lost that the probability is less."""
-        return bool(stats.binom.sf(lost - 1, draws, self.lost) <= alpha)
+Floats = NDArray[np.float64]
+Run = Callable[[float, Sequence[int]], tuple[Floats, int] | None]
+"""Of draws, which rise, at a value: 1 of each that holds, 0 if it is lost, NaN if it diverged; and
+the simulation steps. None if a limit came first."""
 
 
 @dataclass(eq=False)
-class Asking:
-    """The draws that were asked, by the number of the value on the scale."""
+class Search:
+    """What is asked, and the outcomes of the draws that were asked; ValueError on what cannot be.
+
+    A value is known by its number on the scale, from 0 to 1.
+    """
 
     quantity: str
     run: Run
-    scale: Scale
-    rule: Rule
+    range: tuple[float, float]
+    probability: float
+    confidence: float
+    asked: InitVar[int | None]
+    """Draws of each value; None: as many as both ends of the interval need."""
+    tolerance: float
     progress: Callable[[int, int], None] | None
+    limit: Limit
     known: dict[float, dict[int, float]] = field(default_factory=dict)
-    """1 if a draw holds, else 0, by value and draw."""
+    """By value and draw, as of `run`."""
     rollouts: int = 0
     steps: int = 0
     stopped: bool = False
 
-    def __post_init__(self) -> None:
-        """None has diverged."""
-        self.diverged: NDArray[np.bool_] = np.zeros(self.rule.draws, bool)
+    def __post_init__(self, asked: int | None) -> None:
+        """Checks it, and says how many draws may be lost where the probability is the one asked."""
+        function_or_none("progress", self.progress, "done", "total")
+        self.scale = Scale.of(self.range)
+        self.lost = 1.0 - open_share("probability", self.probability)
+        self.alpha = (1.0 - open_share("confidence", self.confidence)) / 2.0  # of each end
+        if open_share("tolerance", self.tolerance) >= 0.5:
+            said = f"tolerance is {self.tolerance:g}, expected a share of the range, such as 0.01"
+            raise ValueError(said)
+        enough = np.ceil(log(self.alpha / SPARE) / log(max(self.lost, self.probability)))
+        usual = int(min(max(DRAWS, enough), MOST))
+        self.draws = usual if asked is None else whole_number("draws", asked, PILOT)
+        law, counts = stats.binom(self.draws, self.lost), np.arange(self.draws + 1)
+        likely = counts[(law.cdf(counts) > self.alpha) & (law.sf(counts - 1) > self.alpha)]
+        middle = int(np.floor(self.lost * self.draws)) + 1
+        # Of the draws whose critical values are the ends and the value.
+        self.ranks = int(likely[0]), middle, int(likely[-1]) + 1
+        self.diverged = np.zeros(self.draws, bool)
 
-    def outcomes(self, u: float, draws: NDArray[np.int64]) -> NDArray[np.float64] | None:
-        """Those of some draws at a value, 1 or 0, or NaN; None if the limit came first."""
-        known = self.known.setdefault(float(u), {})
-        new = [int(j) for j in draws if int(j) not in known]
-        if new and not self._run(float(u), new):
+    def outcomes(self, u: float, draws: NDArray[np.int64]) -> Floats | None:
+        """Those of some draws at a value; None if the limit came first."""
+        known = self.known.get(u, {})
+        new = [j for j in draws.tolist() if j not in known]
+        if new:
+            self.known[u] = known
+            found = None if self.limit.reached else self.run(self.scale.value(u), new)
+            self.stopped |= found is None
+            if found is not None:
+                self._note(known, new, *found)
+            if self.progress is not None:
+                self.progress(self.rollouts, max(self.rollouts, 4 * self.draws))
+        return None if self.stopped and new else np.array([known[j] for j in draws.tolist()])
+
+    def _note(
+        self, known: dict[int, float], draws: Sequence[int], values: Floats, steps: int
+    ) -> None:
+        known |= dict(zip(draws, values.tolist(), strict=True))
+        self.rollouts, self.steps = self.rollouts + len(draws), self.steps + steps
+        self.diverged[[j for j in draws if j < self.draws and isnan(known[j])]] = True
+        count = int(self.diverged.sum())
+        if too_many_diverged(count, self.draws):
+            raise DivergedError(self.quantity, count, self.draws)
+
+    def at(self, u: float) -> Floats:
+        """Outcomes of all draws at a value, NOT_ASKED of some."""
+        known = self.known.get(u, {})
+        return np.array([known.get(j, NOT_ASKED) for j in range(self.draws)])
+
+    def side(self, u: float, draws: NDArray[np.int64], alpha: float) -> int | None:
+        """1 where so few of new draws are lost that the probability is larger for sure, -1 where so
+        many are that it is less, else 0; None if the limit came first."""
+        found = self.outcomes(u, draws)
+        if found is None:
             return None
-        return np.array([known[int(j)] for j in draws])
+        lost, law = int((found == 0.0).sum()), stats.binom(int((~np.isnan(found)).sum()), self.lost)
+        return int(law.cdf(lost) <= alpha) - int(law.sf(lost - 1) <= alpha)
 
     def turns(self) -> bool:
         """Whether some draw is lost and holds at a larger value, and some the other way round."""
@@ -122,57 +136,27 @@ class Asking:
             last |= self.known[u]
         return (0.0, 1.0) in changes and (1.0, 0.0) in changes
 
-    def side(self, u: float, alpha: float) -> int:
-        """1 where the probability of all draws is larger for sure, -1 where it is less, else 0."""
-        found = self.outcomes(u, np.arange(self.rule.draws))
-        if found is None:
-            return 0
-        lost, kept = int((found == 0.0).sum()), int((~np.isnan(found)).sum())
-        few, many = (test(lost, kept, alpha) for test in (self.rule.is_few, self.rule.is_many))
-        return int(few) - int(many)
+    def parts(self) -> list[Part]:
+        """The parts of the range, each searched for where it crosses; raises TimeoutError or
+        Cancelled if not even the first values were tried."""
+        for k, u in enumerate(FIRST):
+            if self.outcomes(u, np.arange(FEW if k % BETWEEN else PILOT)) is None:
+                self.limit.require("the first values were tried")
+        return [Part(self, *ends) for ends in self._segments()]
 
-    def _run(self, u: float, draws: Sequence[int]) -> bool:
-        for found in self.run(self.scale.value(u), draws):
-            if found is None:
-                self.stopped = True
-            else:
-                self._note(u, found)
-        if self.progress is not None:
-            self.progress(self.rollouts, max(self.rollouts, 4 * self.rule.draws))
-        return not self.stopped
-
-    def _note(self, u: float, found: Outcomes) -> None:
-        self.known[u] |= dict(zip(found.draws, found.values.tolist(), strict=True))
-        self.rollouts, self.steps = self.rollouts + len(found.draws), self.steps + found.steps
-        lost = [j for j in found.draws if j < len(self.diverged) and isnan(self.known[u][j])]
-        self.diverged[lost] = True
-        count = int(self.diverged.sum())
-        if too_many_diverged(count, self.rule.draws):
-            raise DivergedError(self.quantity, count, self.rule.draws)
-
-
-def crossings(asking: Asking, tolerance: float, limit: Limit) -> list[Part]:
-    """The parts of the range, each searched for where it crosses; raises TimeoutError or Cancelled
-    if not even the first values were tried."""
-    for k, u in enumerate(FIRST):
-        if asking.outcomes(u, np.arange(FEW if k % BETWEEN else PILOT)) is None:
-            limit.require("the first values were tried")
-    return [Part(asking, tolerance, *ends) for ends in _segments(asking)]
-
-
-def _segments(asking: Asking) -> list[tuple[float, float]]:
-    """From a number on the scale where enough holds to one where too much is lost, of each change
-    in the first values; one of the whole range if there is at most one."""
-    shares = {u: float(np.nanmean(list(asking.known[u].values()))) for u in FIRST}
-    if asking.turns():
-        runs = _runs({u: share < 1.0 - asking.rule.lost for u, share in shares.items()})
-        alpha = asking.rule.alpha / (2.0 * len(runs))
-        sides = {u: asking.side(u, alpha) for u in (_clearest(*run, shares) for run in runs)}
-        runs = _runs({u: side < 0 for u, side in sides.items() if side})
-        if len(runs) > 1:
-            ends = [(one[-1], other[0], lost) for (lost, one), (_, other) in pairwise(runs)]
-            return [(b, a) if lost else (a, b) for a, b, lost in ends]
-    return [(0.0, 1.0)] if shares[0.0] >= shares[1.0] else [(1.0, 0.0)]
+    def _segments(self) -> list[tuple[float, float]]:
+        """From a number on the scale where enough holds to one where too much is lost, of each
+        change in the first values; one of the whole range if there is at most one."""
+        shares = {u: float(np.nanmean(list(self.known[u].values()))) for u in FIRST}
+        if self.turns():
+            runs = _runs({u: share < 1.0 - self.lost for u, share in shares.items()})
+            alpha, every = self.alpha / (2.0 * len(runs)), np.arange(self.draws)
+            sides = {u: self.side(u, every, alpha) for u in (_clearest(*r, shares) for r in runs)}
+            runs = _runs({u: side < 0 for u, side in sides.items() if side})
+            if len(runs) > 1:
+                ends = [(one[-1], other[0], lost) for (lost, one), (_, other) in pairwise(runs)]
+                return [(b, a) if lost else (a, b) for a, b, lost in ends]
+        return [(0.0, 1.0)] if shares[0.0] >= shares[1.0] else [(1.0, 0.0)]
 
 
 def _runs(marks: dict[float, bool]) -> list[tuple[bool, list[float]]]:
@@ -188,118 +172,100 @@ def _clearest(lost: bool, run: list[float], shares: dict[float, float]) -> float
     return alike[place]
 
 
-@dataclass(frozen=True)
-class Crossing:
-    """Where a part of the range crosses; as the fields of CriticalValue."""
-
-    value: float
-    low: float
-    high: float
-    side: str
-    monotone: bool | None
-
-
 class Part:
-    """A part of the range: from where it is easy, 0, to where it is hard, 1."""
+    """A part of the range: from where it is easy, 0, to where it is hard, 1.
 
-    def __init__(self, asking: Asking, tolerance: float, easy: float, hard: float) -> None:
+    `value`, `low`, `high`, `side` and `monotone` are as of a CriticalValue.
+    """
+
+    def __init__(self, search: Search, easy: float, hard: float) -> None:
         """Searches it; both ends are numbers of the scale."""
-        self._asking, self._rule, self._tolerance = asking, asking.rule, tolerance
-        self._easy, self._hard = easy, hard
-        self._held, self._lost = self._none(-np.inf), self._none(np.inf)
+        self._search, self._easy, self._hard = search, easy, hard
+        self._held = np.full(search.draws, -np.inf)  # the hardest value at which each draw holds
+        self._lost = np.full(search.draws, np.inf)  # the easiest one at which it is lost
         self._lost_at: dict[float, int] = {}  # of all draws
-        for u, outcomes in asking.known.items():
-            if min(easy, hard) <= u <= max(easy, hard):
-                self._see((u - easy) / (hard - easy), outcomes)
+        for number in search.known:
+            if min(easy, hard) <= number <= max(easy, hard):
+                self._see((number - easy) / (hard - easy), number)
         # A draw that is lost and holds at a harder value: then no outcome follows from another one.
         self._follow = not bool((self._held > self._lost).any())
-        self.crossing = self._found()
+        self._find()
 
-    def _none(self, value: float) -> NDArray[np.float64]:
-        """Of each draw, before anything is known."""
-        return np.full(self._rule.draws, value)
-
-    def _found(self) -> Crossing:
+    def _find(self) -> None:
         """Where the probability is the one that is asked for."""
         if self._follow:
             self._narrow()
-        ends = [self._bracket(rank) for rank in self._rule.ranks]
+        ends = [self._bracket(rank) for rank in self._search.ranks]
         low, value, high = ends[0][0], sum(ends[1]) / 2.0, ends[2][1]
         low, high = min(low, value), max(high, value)
-        monotone: bool | None = self._follow and not self._surprised(low, high)
-        if self._asking.stopped:
-            monotone = None if self._follow else False
-        elif not monotone:
-            low = self._moved(low, -max(STEP, value - low), self._rule.is_few)
-            high = self._moved(high, max(STEP, high - value), self._rule.is_many)
+        self.monotone: bool | None = self._follow and not self._surprised(low, high)
+        if self._search.stopped:
+            self.monotone = None if self._follow else False
+        elif not self.monotone:
+            low = self._moved(low, -max(STEP, value - low))
+            high = self._moved(high, max(STEP, high - value))
             if abs(self._hard - self._easy) == 1.0 and not np.isfinite([low, high]).all():
                 value = nan  # nothing says that it crosses
-        return self._told(low, value, high, monotone)
+        self._conclude(low, value, high)
 
-    def table(self) -> list[tuple[float, float, float]]:
-        """As the rows of CriticalValue.outcomes."""
-        rows: list[tuple[float, float, float]] = []
-        for number, asked in self._asking.known.items():
-            u = (number - self._easy) / (self._hard - self._easy)
-            least, most = self._held >= u - ALMOST, self._lost > u + ALMOST
-            if not self._follow:
-                asked_now = np.array([asked.get(j, nan) for j in range(self._rule.draws)])
-                least, most = asked_now == 1.0, asked_now != 0.0
-            if 0.0 <= u <= 1.0:
-                value = self._asking.scale.value(number)
-                rows.append((value, float(least.mean()), float(most.mean())))
-        return rows
-
-    def _told(self, low: float, value: float, high: float, monotone: bool | None) -> Crossing:
+    def _conclude(self, low: float, value: float, high: float) -> None:
         """With the ends in the range, and what is true of all of it."""
-        few, _, many = self._rule.ranks
-        everywhere = self._lost_at.get(1.0, self._rule.draws) < few
+        few, _, many = self._search.ranks
+        everywhere = self._lost_at.get(1.0, self._search.draws) < few
         nowhere = self._lost_at.get(0.0, 0) >= many
         if not self._follow and (everywhere or nowhere):
             each = [self._count(u) or 0 for u in np.linspace(0.0, 1.0, GRID).tolist()]
             everywhere, nowhere = everywhere and max(each) < few, nowhere and min(each) >= many
-        side = "below" if self._easy < self._hard else "above"
-        if not np.isfinite(value):
-            value, side = nan, "unknown"
-        side = "everywhere" if everywhere else "nowhere" if nowhere else side
-        told = [self._value(min(max(u, 0.0), 1.0)) for u in (low, high)]
+        self.side = "below" if self._easy < self._hard else "above"
         if everywhere or nowhere:
-            value, told = nan, [nan, nan]
-        return Crossing(self._value(value), min(told), max(told), side, monotone)
+            low = value = high = nan
+            self.side = "everywhere" if everywhere else "nowhere"
+        elif not np.isfinite(value):
+            value, self.side = nan, "unknown"
+        self.value = self._value(value)
+        self.low, self.high = sorted(self._value(u) for u in (low, high))
+
+    def table(self) -> list[tuple[float, float, float]]:
+        """As the rows of CriticalValue.outcomes."""
+        rows: list[tuple[float, float, float]] = []
+        for number in self._search.known:
+            u = (number - self._easy) / (self._hard - self._easy)
+            least, most = self._held >= u - ALMOST, self._lost > u + ALMOST
+            if not self._follow:
+                least, most = self._search.at(number) == 1.0, self._search.at(number) != 0.0
+            if 0.0 <= u <= 1.0:
+                value = self._search.scale.value(number)
+                rows.append((value, float(least.mean()), float(most.mean())))
+        return rows
 
     def _value(self, u: float) -> float:
-        return u if isnan(u) else self._asking.scale.value(float(self._number(u)))
+        """The value at a number of the part, within it; NaN is none."""
+        return u if isnan(u) else self._search.scale.value(self._number(min(max(u, 0.0), 1.0)))
 
     def _number(self, u: float) -> float:
-        return self._easy + u * (self._hard - self._easy)
+        return float(self._easy + u * (self._hard - self._easy))
 
-    def _see(self, u: float, outcomes: dict[int, float]) -> None:
-        for j, holds in outcomes.items():
-            if j >= len(self._held):
-                continue
-            if holds == 1.0:
-                self._held[j] = max(self._held[j], u)
-            elif holds == 0.0:
-                self._lost[j] = min(self._lost[j], u)
+    def _see(self, u: float, number: float) -> None:
+        """Notes the outcomes that are known at a value."""
+        found = self._search.at(number)
+        self._held = np.where(found == 1.0, np.maximum(self._held, u), self._held)
+        self._lost = np.where(found == 0.0, np.minimum(self._lost, u), self._lost)
 
     def _ask(self, u: float, draws: NDArray[np.int64]) -> bool:
         """Asks those draws whose outcome does not follow; False if the limit came."""
-        is_open = (self._held[draws] < u) & (self._lost[draws] > u)
-        open_ = draws[is_open] if self._follow else draws
-        open_ = open_[~self._asking.diverged[open_]]
-        if not len(open_):
-            return True
-        done = self._asking.outcomes(self._number(u), open_) is not None
-        self._see(u, self._asking.known[float(self._number(u))])
+        is_open = (self._held[draws] < u) & (self._lost[draws] > u) | (not self._follow)
+        asked = draws[is_open & ~self._search.diverged[draws]]
+        done = self._search.outcomes(self._number(u), asked) is not None
+        self._see(u, self._number(u))
         return done
 
     def _narrow(self) -> None:
         """Brackets where the first draws are lost: all of those, if they are alike, else the
         quarter that is lost first."""
         while True:
-            pilot = np.flatnonzero(~self._asking.diverged[:PILOT])
+            pilot = np.flatnonzero(~self._search.diverged[:PILOT])
             held, lost = self._held[pilot], self._lost[pilot]
-            low, high, enough = float(held.max()), float(lost.min()), self._tolerance
+            low, high, enough = float(held.max()), float(lost.min()), self._search.tolerance
             if low >= high:  # they differ
                 first = np.argsort(lost, kind="stable")[: PILOT // 4]
                 wide = np.where(np.isfinite(lost[first]), (lost - held)[first], 0.0)
@@ -313,16 +279,14 @@ class Part:
     def _width(self, u: float, other: float) -> float:
         if abs(u - other) <= ALMOST:
             return 0.0
-        return self._asking.scale.apart(self._number(u), self._number(other))
+        return self._search.scale.apart(self._number(u), self._number(other))
 
     def _count(self, u: float) -> int | None:
         """How many of all draws are lost at a value; None if the limit came."""
-        every = np.arange(self._rule.draws)
-        if not self._ask(u, every):
+        if not self._ask(u, np.arange(self._search.draws)):
             return None
-        asked = self._asking.known.get(float(self._number(u)), {})
-        follows, lost = self._lost <= u, sum(asked.get(j) == 0.0 for j in range(len(every)))
-        self._lost_at[u] = int(follows.sum()) if self._follow else lost
+        lost = self._lost <= u if self._follow else self._search.at(self._number(u)) == 0.0
+        self._lost_at[u] = int(lost.sum())
         return self._lost_at[u]
 
     def _bracket(self, rank: int) -> tuple[float, float]:
@@ -333,7 +297,7 @@ class Part:
         high = min((u for u, lost in self._lost_at.items() if lost >= rank), default=np.inf)
         few = (u for u, lost in self._lost_at.items() if lost < rank and u < high)
         low = max(few, default=-np.inf)
-        while low < 1.0 and high > 0.0 and self._width(low, high) > self._tolerance:
+        while low < 1.0 and high > 0.0 and self._width(low, high) > self._search.tolerance:
             lost = self._count(u := self._between(low, high, rank))
             if lost is None:
                 return low, high
@@ -346,43 +310,39 @@ class Part:
         """The next value: one at which the first draws say on which side it is, or the middle."""
         seen = (*self._held[:PILOT], *self._lost[:PILOT]) if self._follow else ()
         tried: set[float] = {u for u in seen if low < u < high}
-        share, pilot = rank / self._rule.draws, self._lost[:PILOT]
+        share, pilot = rank / self._search.draws, self._lost[:PILOT]
         if high == np.inf:
             many = [u for u in tried if float((pilot <= u).mean()) > share]
             return min(many) if many else 1.0
         if tried:
             few = [u for u in tried if float((pilot <= u).mean()) < share]
             return max(few) if few else min(tried)
-        if low == -np.inf and self._width(0.0, high) <= self._tolerance:
+        if low == -np.inf and self._width(0.0, high) <= self._search.tolerance:
             return 0.0
         return float((max(low, 0.0) + high) / 2.0)
 
     def _surprised(self, low: float, high: float) -> bool:
         """Whether an outcome that follows is another one."""
-        every = np.arange(self._rule.draws)
-        most = SURPRISES // 2 * (4 if self._asking.turns() else 1)
-        for u, follows, expected in (
-            (min(max(low, 0.0), 1.0), self._held > low, 1.0),
-            (min(max(high, 0.0), 1.0), self._lost < high, 0.0),
-        ):
-            asked = self._asking.known.get(float(self._number(u)), {})
-            left = [j for j in every[follows] if int(j) not in asked][:most]
-            found = self._asking.outcomes(self._number(u), np.array(left, int)) if left else None
-            if found is not None and bool((found == 1.0 - expected).any()):
+        most = SURPRISES // 2 * (4 if self._search.turns() else 1)
+        ends = (low, self._held > low, 0.0), (high, self._lost < high, 1.0)
+        for end, follows, other in ends:
+            number = self._number(min(max(end, 0.0), 1.0))
+            left = np.flatnonzero(follows & (self._search.at(number) == NOT_ASKED))[:most]
+            found = self._search.outcomes(number, left)
+            if found is not None and bool((found == other).any()):
                 return True
         return False
 
-    def _moved(self, u: float, by: float, holds: Callable[[int, int, float], bool]) -> float:
+    def _moved(self, u: float, by: float) -> float:
         """An end of the interval that draws which were not used before say is one."""
-        new = np.arange(self._rule.draws, 2 * self._rule.draws)
-        alpha = self._rule.alpha if self._follow else self._rule.alpha / 2.0  # half is for `side`
+        new = np.arange(self._search.draws, 2 * self._search.draws)
+        alpha = self._search.alpha / (1.0 if self._follow else 2.0)  # half is for `parts`
         while 0.0 <= u <= 1.0:
             alpha /= 2.0
-            found = self._asking.outcomes(self._number(u), new)
-            if found is None:
+            side = self._search.side(self._number(u), new, alpha)
+            if side is None:
                 break
-            kept = found[~np.isnan(found)]
-            if holds(int((kept == 0.0).sum()), len(kept), alpha):
+            if side == (1 if by < 0 else -1):
                 return u
-            u, by, new = u + by, 2.0 * by, new + self._rule.draws
+            u, by, new = u + by, 2.0 * by, new + self._search.draws
         return -np.inf if by < 0 else np.inf

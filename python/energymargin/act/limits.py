@@ -1,21 +1,31 @@
-"""Several quantities of one problem: how much of each can it take, which is tightest?"""
+"""Several critical values: of a problem's quantities by name, and of one quantity along another."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import partial
 from typing import Any, overload
 
 import numpy as np
+from numpy.typing import NDArray
 
-from energymargin._core import Cancel, Cancelled, Problem
-from energymargin.act.critical import CriticalValue, Progress, critical_value, going_on
+from energymargin._core import Cancel, Problem
+from energymargin.act.critical import CriticalValue, one_after_the_other
 from energymargin.act.quantities import Quantity, quantity_of
-from energymargin.base.checks import check_type, shown
+from energymargin.act.scale import Scale
+from energymargin.base.checks import check_type, function_of, open_share, shown, whole_number
 from energymargin.base.limits import Limit
+from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
 from energymargin.evaluate.searches import algorithm
+
+POINTS = 9
+
+Progress = Callable[[int, int], None]
+Axis = tuple[str, tuple[float, float]] | tuple[str, tuple[float, float], str]
+"""A quantity's name, its range, and its unit if it has one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,10 +45,6 @@ class CriticalValues(Sequence[CriticalValue], Summarized):
     def __getitem__(self, place: int | slice) -> CriticalValue | Sequence[CriticalValue]:
         """One, or some."""
         return self.found[place]
-
-    def __iter__(self) -> Iterator[CriticalValue]:
-        """Each."""
-        return iter(self.found)
 
     def __len__(self) -> int:
         """How many."""
@@ -64,17 +70,45 @@ class CriticalValues(Sequence[CriticalValue], Summarized):
 
     def to_json(self) -> str:
         """All of it: what was asked, and each quantity with its values."""
+        names = [one.name for one in fields(CriticalValue) if one.name != "outcomes"]
         each = [
-            {
-                **{f.name: getattr(one, f.name) for f in fields(one) if f.name != "outcomes"},
-                "nominal": nominal,
-                "margin": margin,
-                "outcomes": one.outcomes.tolist(),
-            }
+            {name: getattr(one, name) for name in names}
+            | {"nominal": nominal, "margin": margin, "outcomes": one.outcomes.tolist()}
             for one, nominal, margin in zip(self.found, self.nominals, self.margins, strict=True)
         ]
         whole = {"question": self.question, "algorithm": algorithm(), "quantities": each}
-        return json.dumps(_finite(whole), indent=1)
+        # JSON has no NaN and no infinity: they are null.
+        return json.dumps(json.loads(json.dumps(whole), parse_constant=lambda _: None), indent=1)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CriticalCurve(Record, Summarized):
+    """Critical values of one quantity along another."""
+
+    quantity: str
+    """The one along which it goes."""
+    unit: str
+    values: NDArray[np.float64]
+    """Of that, rising, shape (N,)."""
+    found: tuple[CriticalValue, ...]
+    """How much of the other one it can take at each."""
+    confidence: float
+    """With which all N intervals together cover the curve."""
+
+    @property
+    def curve(self) -> NDArray[np.float64]:
+        """Critical values, shape (N,); NaN where there is none in the range."""
+        return np.array([one.value for one in self.found])
+
+    @property
+    def band(self) -> NDArray[np.float64]:
+        """(low, high) at each value, shape (N, 2); NaN where it holds everywhere or nowhere."""
+        return np.array([one.interval() for one in self.found])
+
+    @property
+    def complete(self) -> bool:
+        """Whether every search came to its end."""
+        return all(one.complete for one in self.found)
 
 
 def critical_values(
@@ -103,24 +137,51 @@ def critical_values(
     if not isinstance(vary, Mapping) or not vary:
         raise ValueError(f"vary is {shown(vary)}, expected ranges by name, {{'push': (0.1, 20)}}")
     limit = Limit(timeout, cancel)
-    quantities = {q if isinstance(q, Quantity) else quantity_of(problem, q): vary[q] for q in vary}
-    found: list[CriticalValue] = []
-    for one, ends in quantities.items():
-        given: dict[str, Any] = {**asked, **limit.rest(), "unit": one.unit}
-        given["progress"] = going_on(progress, found)
-        try:
-            found.append(critical_value(one.problem, one.name, ends, **given))
-        except (Cancelled, TimeoutError):
-            if not found:
-                raise
-            found.append(CriticalValue.unknown(one.name, one.unit, ends, like=found[0]))
+    varied = {q if isinstance(q, Quantity) else quantity_of(problem, q): vary[q] for q in vary}
+    searches = [(one.problem, one.name, ends, one.unit) for one, ends in varied.items()]
+    found = one_after_the_other(searches, progress, limit, asked)
     first, engine = found[0], problem.scene.engine
     question = (
         f"Asked: captured for {problem.horizon:g} s with probability {first.probability:g}; "
         f"intervals of {first.confidence:g}; engine {getattr(engine, 'name', engine)}; seed "
         f"{asked.get('seed', 0)}; algorithm {algorithm()}."
     )
-    return CriticalValues(tuple(found), tuple(one.nominal for one in quantities), question)
+    return CriticalValues(found, tuple(one.nominal for one in varied), question)
+
+
+def critical_curve(
+    problem_of: Callable[[float, float], Problem],
+    along: Axis,
+    of: Axis,
+    *,
+    points: int = POINTS,
+    confidence: float = 0.95,
+    progress: Progress | None = None,
+    timeout: float | None = None,
+    cancel: Cancel | None = None,
+    **asked: Any,
+) -> CriticalCurve:
+    """The line between held and lost in the plane of two quantities, with its band.
+
+    Args:
+        problem_of: problem_of(a, b) makes the Problem of a value of each, with a horizon.
+        along: name and range of the first quantity, and its unit: ("mass", (0.05, 2), "kg").
+        of: likewise of the second one, whose critical value is searched for.
+        points: values of the first; evenly apart, or by ratio if the range's ends are.
+        confidence: with which the band covers the curve at all points together.
+        progress: progress(done, total) counts rollouts; the total grows with each search.
+        timeout: after so many seconds [s] the last points have what is known by then.
+        cancel: the same once it is set.
+        asked: as of `em.critical_value`, which says what each point is, and its errors.
+    """
+    function_of("problem_of", problem_of, "a", "b")
+    (name, ends, unit), (other, asked_range, other_unit) = _axis("along", along), _axis("of", of)
+    count, scale, limit = whole_number("points", points, 2), Scale.of(ends), Limit(timeout, cancel)
+    asked["confidence"] = 1.0 - (1.0 - open_share("confidence", confidence)) / count
+    values = [scale.value(u) for u in np.linspace(0.0, 1.0, count)]
+    searches = [(partial(problem_of, value), other, asked_range, other_unit) for value in values]
+    found = one_after_the_other(searches, progress, limit, asked)
+    return CriticalCurve(name, unit, np.array(values), found, confidence)
 
 
 def _margin(one: CriticalValue, nominal: float) -> float:
@@ -134,10 +195,10 @@ def _margin(one: CriticalValue, nominal: float) -> float:
     return min(away, key=abs, default=np.nan)
 
 
-def _finite(value: Any) -> Any:
-    """The same with null in place of numbers that JSON does not have."""
-    if isinstance(value, dict):
-        return {name: _finite(each) for name, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(each) for each in value]
-    return None if isinstance(value, float) and not np.isfinite(value) else value
+def _axis(name: str, given: Axis) -> tuple[str, tuple[float, float], str]:
+    if not isinstance(given, tuple) or len(given) not in (2, 3) or not isinstance(given[0], str):
+        raise ValueError(
+            f"{name} is {shown(given)}, expected a name, a range and perhaps a unit: "
+            "('mass', (0.05, 2), 'kg')"
+        )
+    return given if len(given) == 3 else (*given, "")

@@ -17,7 +17,7 @@ from scipy.optimize import brentq
 from scipy.special import betaln, xlog1py, xlogy
 
 from energymargin.act.racing import Duel
-from energymargin.base.checks import share, shown
+from energymargin.base.checks import open_share, shown
 from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
 
@@ -65,8 +65,7 @@ def compare(a: Outcomes, b: Outcomes, *, confidence: float = 0.95) -> OutcomeCom
     it is sure. Where both are equally good it is made with a probability of at most 1 - confidence.
     Raises ValueError on what is no list of finite numbers, and OSError on a file.
     """
-    if share("confidence", confidence) in (0.0, 1.0):
-        raise ValueError(f"confidence is {confidence:g}, expected a number between 0 and 1")
+    open_share("confidence", confidence)
     (first, of_first), (second, of_second) = _read("a", a), _read("b", b)
     if of_first and of_second and len(of_first[0]) == len(of_second[0]):
         both = [start for start in of_first if start in of_second]

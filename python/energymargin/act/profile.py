@@ -218,8 +218,8 @@ def margin_profile(
     for one, number in zip(found[0], numbers, strict=True):
         if one is not None:
             one.require_few_diverged(f"the moment at {number * step:.4g} s")
-    missing = (np.nan, np.nan)
-    low, high = np.array([missing if one is None else one.interval() for one in found[0]]).T
+    ends = [(np.nan, np.nan) if one is None else one.interval() for one in found[0]]
+    low, high = np.array(ends).T
     return MarginProfile(
         times=np.array(numbers) * step,
         ahead=np.array(lengths) * step,

@@ -47,8 +47,9 @@ def quantity_of(problem: Problem, name: str) -> Quantity:
             name, unit, engine.varies[name], lambda value: with_varied(problem, {name: value})
         )
     kind, _, of = name.partition(".")
-    one_of("vary", f"{kind}.{OF.get(kind, 'BODY')}" if of else kind, KINDS)
-    return QUANTITIES[kind](problem, name, of)
+    part = "JOINT" if kind == "force" else "BODY"
+    known = one_of("vary", f"{kind}.{part}" if of else kind, tuple(QUANTITIES))
+    return QUANTITIES[known](problem, name, of)
 
 
 def _horizon(problem: Problem, name: str, _: str) -> Quantity:
@@ -159,54 +160,39 @@ def _with_law(plan: Plan, **changes: Any) -> Feedback:
 
 def _force(problem: Problem, name: str, joint: str) -> Quantity:
     joints = {one.name: one for one in problem.scene.joints}
-    one_of("vary", joint, tuple(joints))
-    one = joints[joint]
+    one = joints[one_of("vary", joint, tuple(joints))]
     if not np.isfinite(one.torque_limit):
         raise ValueError(f"vary is {name!r}, whose drive has no largest force")
+    policy = None if problem.plan is None else problem.plan.policy
 
     def driven(value: float) -> Problem:
-        def edit(whole: dict[str, Any]) -> None:
-            parts = whole["scene"]["joints"]
-            next(part for part in parts if part["name"] == joint)["torque_limit"] = value
-
-        return _edited(problem, edit)
+        whole = json.loads(problem.to_json())
+        next(part for part in whole["scene"]["joints"] if part["name"] == joint)[LIMIT] = value
+        policies = {} if policy is None else {policy.name: policy}
+        return Problem.from_json(json.dumps(whole), policies=policies)
 
     unit = "N" if one.type == "prismatic" else "N m"
     return Quantity(name, unit, float(one.torque_limit), driven)
 
 
-def _edited(problem: Problem, edit: Callable[[dict[str, Any]], None]) -> Problem:
-    """The problem whose JSON is changed."""
-    whole = json.loads(problem.to_json())
-    edit(whole)
-    policy = None if problem.plan is None else problem.plan.policy
-    policies = {} if policy is None else {policy.name: policy}
-    return Problem.from_json(json.dumps(whole), policies=policies)
-
-
 def _of_body(problem: Problem, name: str, body: str) -> Quantity:
-    kind = name.partition(".")[0]
-    bodies = {one.name: one for one in problem.scene.bodies}
-    pair = body.split(",") if kind == "friction" and body not in bodies else [body]
+    """Its mass or its friction, or the friction of two."""
+    kind, scene = name.partition(".")[0], problem.scene
+    bodies = {one.name: one for one in scene.bodies}
+    pair = body.split(",", 1) if kind == "friction" and body not in bodies else [body]
     for each in pair:
         one_of("vary", each, tuple(bodies))
-    if len(pair) == 2:
-        return _pair(problem, name, *pair)
+    two = len(pair) == 2
 
     def changed(value: float) -> Problem:
-        return problem.replace(scene=problem.scene.with_body(body, **{kind: value}))
+        changes = {} if two else {kind: value}
+        other = scene.with_body(pair[0], **changes)  # a copy
+        if two:
+            other.set_friction(pair[0], pair[1], value)
+        return problem.replace(scene=other)
 
-    unit = "kg" if kind == "mass" else ""
-    return Quantity(name, unit, float(getattr(bodies[body], kind)), changed)
-
-
-def _pair(problem: Problem, name: str, one: str, other: str) -> Quantity:
-    def changed(value: float) -> Problem:
-        scene = problem.scene.with_body(one)  # a copy
-        scene.set_friction(one, other, value)
-        return problem.replace(scene=scene)
-
-    return Quantity(name, "", problem.scene.contact_friction(one, other), changed)
+    nominal = scene.contact_friction(*pair) if two else getattr(bodies[body], kind)
+    return Quantity(name, "kg" if kind == "mass" else "", float(nominal), changed)
 
 
 def _pose(problem: Problem, name: str, body: str) -> Quantity:
@@ -229,14 +215,10 @@ def _pose(problem: Problem, name: str, body: str) -> Quantity:
     return Quantity(name, "rad" if turns else "m", 0.0, moved)
 
 
-AXES = "xyz"
+AXES, LIMIT = "xyz", "torque_limit"
 ALMOST = 1e-6  # of a step
-POSES = ("x", "y", "z", "rx", "ry", "rz")
 QUANTITIES: dict[str, Callable[[Problem, str, str], Quantity]] = {
     **{"push": _push, "horizon": _horizon, "speed": _speed, "delay": _delay, "gain": _gain},
-    **{"friction": _of_body, "mass": _of_body, "force": _force},
-    **dict.fromkeys(POSES, _pose),
+    **{"friction.BODY": _of_body, "mass.BODY": _of_body, "force.JOINT": _force},
+    **{f"{turn}{axis}.BODY": _pose for turn in ("", "r") for axis in AXES},
 }
-OF = {"friction": "BODY", "mass": "BODY", "force": "JOINT", **dict.fromkeys(POSES, "BODY")}
-"""What a name goes on with."""
-KINDS = tuple(f"{kind}.{OF[kind]}" if kind in OF else kind for kind in QUANTITIES)

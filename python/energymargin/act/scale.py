@@ -34,16 +34,17 @@ class Scale:
         if not np.isfinite([u, other]).all():
             return np.inf
         a, b = self.value(u), self.value(other)
-        least = 0.0 if self._by_ratio else (self.ends[1] - self.ends[0]) / 50.0
+        least = 0.0 if self.by_ratio else (self.ends[1] - self.ends[0]) / 50.0
         return abs(a - b) / max(abs(a), abs(b), least)
 
     def value(self, u: float) -> float:
         """The value at a number from 0 to 1."""
         low, high = self.ends
-        ratio = self._by_ratio
+        ratio = self.by_ratio
         value = low ** (1.0 - u) * high**u if ratio else (1.0 - u) * low + u * high
         return min(max(value, low), high)
 
     @property
-    def _by_ratio(self) -> bool:
+    def by_ratio(self) -> bool:
+        """Whether values are searched by ratios."""
         return self.ends[0] > 0.0 and self.ends[1] / DECADE > self.ends[0]

@@ -1,7 +1,14 @@
-"""Trials of candidates as one batch: on threads, in processes, or on a cluster."""
+"""Trials of candidates as one batch: on threads, in processes, or on a cluster; and in a store.
+
+There draws are known by the digests of their questions: of all that they depend on. So what was run
+once is read, any ranking or search may go on with the file, and one that has become another by a
+changed plan, constraint or seed runs its own. A function looks like any other in a file, so none is
+kept there: not as disturbance, not as set.
+"""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
@@ -13,13 +20,15 @@ from typing import Any
 import numpy as np
 
 from energymargin._core import Cancel, Cancelled, Problem
-from energymargin.act.draws import Draw, Draws, Question, Trial
-from energymargin.act.kept_draws import KeptDraws
+from energymargin.act.draws import Draw, Draws, Question, Trial, check_uncertainty
+from energymargin.base.checks import check_type, shown
 from energymargin.base.limits import Limit
-from energymargin.evaluate.asking import Pairs, ask
+from energymargin.disturbances import Disturbance, text_of
+from energymargin.evaluate.asking import Kept, Pairs, ask
 from energymargin.evaluate.divergence import ANY
 from energymargin.evaluate.executors.choice import Executor, chosen_executor
 from energymargin.evaluate.searches import metric_search
+from energymargin.evaluate.store.answer_file import AnswerFile
 from energymargin.model.beliefs.uncertainty import Uncertainty
 
 # They count where they are gathered if they diverge.
@@ -43,14 +52,19 @@ class Trials(ExitStack):
 
         `store`: trials that are whole go there, and are not run again. `threads`: in place of an
         executor; None takes all cores. `on_draws`: called with draws as they come in, or are read.
-        Raises ValueError if executor and threads are given, and as KeptDraws.
+        Raises ValueError on another thing than an Uncertainty, if executor and threads are given,
+        and on a disturbance that a file cannot tell from another; else as AnswerFile.
         """
         super().__init__()
+        check_uncertainty(uncertainty)
         self._on_draws, on = on_draws, chosen_executor(executor, threads)
-        self._kept = None if store is None else KeptDraws(store, uncertainty, question)
+        self._uncertainty = uncertainty
+        check_type("store", store, str | Path | None, "the name of a file, or None")
+        self._file: AnswerFile | None = None
         with ExitStack() as opened:
-            if self._kept is not None:
-                opened.enter_context(self._kept)
+            if store is not None:
+                _disturbance_text(question.disturbance)
+                self._file = opened.enter_context(AnswerFile(store, create=True))
             self._workers = opened.enter_context(on.workers())
             self.push(opened.pop_all())
 
@@ -70,11 +84,31 @@ class Trials(ExitStack):
             *([trials], partial(draw_chunk, question), note),
             split=Trial.draws,
             join=lambda _, parts: Draws.joined(parts),
-            kept=None if self._kept is None else self._kept.of(question),
+            kept=self._kept(question),
             executor=self._workers,
             **limit.rest(),
         )
         return [found.get(trial.candidate) for trial in trials]
+
+    def _kept(self, question: Question) -> Kept[Trial, Draws] | None:
+        """The trials of a question in the store. Raises ValueError on what a file cannot tell from
+        another."""
+        if self._file is None:
+            return None
+        file = self._file
+        asked = (question.metric, question.seed, question.nodes)
+        known = None if self._uncertainty is None else self._uncertainty.to_json()
+        asked_of = (known, *asked, _disturbance_text(question.disturbance))
+
+        def digest(trial: Trial) -> bytes:
+            """The particles of a candidate follow from the first one and their numbers."""
+            first = trial.draw(trial.numbers[0])
+            own = [] if trial.particles is None else [trial.particles[k] for k in trial.numbers]
+            particles = tuple(one.number for one in own)
+            text = _problem_text(first.problem)
+            return file.key(*asked_of, first.number, len(trial), particles, text)
+
+        return Kept(file, digest, _read, _written)
 
 
 def draw_chunk(question: Question, draws: Sequence[Draw], cancel: Cancel) -> list[Draws | None]:
@@ -109,3 +143,32 @@ def _draws_of(question: Question, found: Any, problem: Problem) -> Draws:
     success = question.metric == "probability/success"
     values = found.successes if success else np.isinf(found.exit_times)
     return Draws(np.where(np.isnan(shares), np.nan, values.astype(float)), shares, found.steps)
+
+
+def _read(_: Trial, content: bytes) -> Draws:
+    values, times, steps = json.loads(content)
+    return Draws(np.array(values), np.array(times), steps)
+
+
+def _written(draws: Draws) -> bytes:
+    return json.dumps([draws.values.tolist(), draws.times.tolist(), draws.steps]).encode()
+
+
+def _disturbance_text(disturbance: Any) -> str | None:
+    if disturbance is None:
+        return None
+    if not isinstance(disturbance, Disturbance):
+        raise ValueError(
+            f"disturbance is {shown(disturbance)}, which a store cannot tell from another "
+            "function: use a model of em.disturbances, or leave store out"
+        )
+    return text_of(disturbance)
+
+
+def _problem_text(problem: Problem) -> str:
+    try:
+        return problem.to_json()
+    except ValueError as error:
+        raise ValueError(
+            f"store keeps draws by the text of their problems: {error}, or leave store out"
+        ) from error

@@ -106,6 +106,11 @@ def share(name: str, value: float, least: float = 0.0) -> float:
     return float(_number(name, value, lambda number: least <= number < 1, expected)) + 0.0
 
 
+def open_share(name: str, value: float) -> float:
+    """`value` as a float, if it is a number between 0 and 1 and neither; else a ValueError."""
+    return float(_number(name, value, lambda number: 0 < number < 1, "a number between 0 and 1"))
+
+
 def yes_or_no(name: str, value: bool) -> bool:
     """`value`, if it is a bool; else a ValueError with `name`."""
     if isinstance(value, (bool, np.bool_)):

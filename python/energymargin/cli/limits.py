@@ -74,10 +74,9 @@ def limits(
     ranges = dict(map(_range, vary))
     if len(ranges) < len(vary):
         raise ValueError(f"--vary is {', '.join(vary)}, expected each quantity once")
-    asked: dict[str, Any] = {"vary": ranges, "seed": seed}
+    asked: dict[str, Any] = {"vary": ranges, "seed": seed, "executor": where.executor()}
     asked |= {"probability": probability, "confidence": confidence, "timeout": where.timeout}
-    asked |= {} if draws is None else {"draws": draws}
-    asked |= {"executor": where.executor(), "store": store}
+    asked |= {"store": store} | ({} if draws is None else {"draws": draws})
     found: em.actions.CriticalValues | em.grasps.GraspLimits
     if hand is None:
         found = _of_problem(file, asked)
@@ -104,11 +103,10 @@ def _of_problem(file: Path, asked: dict[str, Any]) -> em.actions.CriticalValues:
 def _of_grasps(
     found: em.grasps.GraspSet, hand: str, protocol: str, thing: Thing, asked: dict[str, Any]
 ) -> em.grasps.GraspLimits:
-    with arguments_as_options(OF_OBJECT):
+    with arguments_as_options(OF_OBJECT), bar("Searching", "grasps") as progress:
         object = em.grasps.GraspObject.of(found.object, **given(thing))
         what = (found, chosen_hand(hand), object, chosen_protocol(protocol))
-        with bar("Searching", "grasps") as progress:
-            return em.grasps.limits(*what, progress=progress, **asked)
+        return em.grasps.limits(*what, progress=progress, **asked)
 
 
 def _range(text: str) -> tuple[str, tuple[float, float]]:

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.base.checks import open_share
 from energymargin.base.metrics import TIMED
 from energymargin.base.reprs import Record
 from energymargin.evaluate.executors.rows import Curve
@@ -110,8 +111,7 @@ class BeliefScore(Record):
         Raises ValueError on a confidence that is not between 0 and 1, and where there is no
         standard error: of one particle, and of efforts of which some are inf; those have quantiles.
         """
-        if not 0 < confidence < 1:
-            raise ValueError(f"confidence is {confidence!r}, expected a number between 0 and 1")
+        open_share("confidence", confidence)
         from scipy import stats
 
         if self.metric in TIMED:

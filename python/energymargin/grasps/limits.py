@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -42,6 +42,7 @@ UNITS = {
 }
 """What can be varied, and its unit."""
 
+IN_JSON = ("side", "unit", "crossings", "monotone", "rollouts", "range")
 Ranges = Mapping[str, tuple[float, float]]
 Found = dict[str, CriticalValue]
 
@@ -63,7 +64,7 @@ class GraspLimits(Record, Summarized):
             | {q: of[k] for q, of in self.limits.items()}
             for k, name in enumerate(self.grasps.names)
         ]
-        return json.dumps(rows, indent=1, default=_plain)
+        return json.dumps(rows, indent=1, default=lambda one: {k: vars(one)[k] for k in IN_JSON})
 
     @property
     def complete(self) -> bool:
@@ -74,12 +75,6 @@ class GraspLimits(Record, Summarized):
     def values(self, quantity: str) -> NDArray[np.float64]:
         """Critical values, shape (n,); NaN where there is none in the range."""
         return np.array([np.nan if one is None else one.value for one in self.limits[quantity]])
-
-
-def _plain(one: CriticalValue) -> dict[str, Any]:
-    """Without numbers that JSON does not have."""
-    known = {"side": one.side, "unit": one.unit, "crossings": one.crossings}
-    return {**known, "monotone": one.monotone, "rollouts": one.rollouts, "range": one.range}
 
 
 def limits(
@@ -129,29 +124,15 @@ def limits(
     for name in vary:
         one_of("vary", name, tuple(UNITS))
         _varied(trials, grasp_of(grasps, 0), name, vary[name][1])
-    found: dict[str, list[CriticalValue | None]] = {name: [None] * len(grasps) for name in vary}
-    errors: dict[int, str] = {}
-
-    def note(answers: Sequence[tuple[Grasp, Found | str]]) -> None:
-        for grasp, answer in answers:
-            if isinstance(answer, str):
-                errors[grasp.number] = answer
-                continue
-            for name, one in answer.items():
-                found[name][grasp.number] = one
-
     sizes = {"probability": probability, "confidence": confidence, "draws": draws}
     sizes["tolerance"] = tolerance
-    limit = Limit(timeout, cancel)
-    ways: dict[str, Any] = {"read": _read, "written": _written}
-    with ExitStack() as opened:
-        kept = None
-        if store is not None:
-            ends = {name: list(map(float, vary[name])) for name in vary}
-            kept = opened.enter_context(KeptRows(store, trials, "limits", ends, sizes, **ways))
+    limit, numbers = Limit(timeout, cancel), range(len(grasps))
+    found: dict[int, Found | str] = {}
+    with nullcontext() if store is None else _kept(store, trials, vary, sizes) as kept:
         ask(
-            [[grasp_of(grasps, number) for number in range(len(grasps))]],
-            *(partial(_limits_of, trials, vary, sizes), note),
+            [[grasp_of(grasps, number) for number in numbers]],
+            partial(_limits_of, trials, vary, sizes),
+            lambda answers: found.update({grasp.number: answer for grasp, answer in answers}),
             kept=None if kept is None else kept.rows,
             total=len(grasps),
             progress=progress,
@@ -159,25 +140,37 @@ def limits(
             executor=executor,
             **limit.rest(),
         )
-    if not errors and all(one is None for one in next(iter(found.values()))):
+    if not found:
         limit.require("a grasp has its limits")
-    return GraspLimits(grasps, found, errors)
+    errors = {k: one for k, one in sorted(found.items()) if isinstance(one, str)}
+    whole = {k: one for k, one in found.items() if not isinstance(one, str)}
+    of_grasps = {q: [whole[k][q] if k in whole else None for k in numbers] for q in vary}
+    return GraspLimits(grasps, of_grasps, errors)
 
 
-def _written(found: Found | str) -> bytes | None:
-    if isinstance(found, str):
-        return None
-    rows = {name: vars(one) | {"outcomes": one.outcomes.tolist()} for name, one in found.items()}
-    return json.dumps(rows).encode()
+def _kept(
+    store: str | Path, trials: GraspTrials, vary: Ranges, sizes: dict[str, float]
+) -> KeptRows:
+    """The file of answers, open; of a grasp that failed there is none."""
 
+    def read(_: Grasp, content: bytes) -> Found:
+        rows = json.loads(content)
+        for one in rows.values():
+            one["range"] = tuple(one["range"])
+            one["crossings"] = tuple(map(tuple, one["crossings"]))
+            one["outcomes"] = np.array(one["outcomes"], float).reshape(-1, 3)
+        return {name: CriticalValue(**one) for name, one in rows.items()}
 
-def _read(_: Grasp, content: bytes) -> Found:
-    rows = json.loads(content)
-    for one in rows.values():
-        one["range"] = tuple(one["range"])
-        one["crossings"] = tuple(map(tuple, one["crossings"]))
-        one["outcomes"] = np.array(one["outcomes"], float).reshape(-1, 3)
-    return {name: CriticalValue(**one) for name, one in rows.items()}
+    def written(found: Found | str) -> bytes | None:
+        if isinstance(found, str):
+            return None
+        rows = {
+            name: vars(one) | {"outcomes": one.outcomes.tolist()} for name, one in found.items()
+        }
+        return json.dumps(rows).encode()
+
+    ends = {name: list(map(float, vary[name])) for name in vary}
+    return KeptRows(store, trials, "limits", ends, sizes, read=read, written=written)
 
 
 def _limits_of(
@@ -191,9 +184,9 @@ def _limits_of(
     done: list[Found | str] = []
     with kept_warnings():
         for grasp in grasps:
-            search = _Search(trials, grasp, {**sizes, "cancel": cancel})
+            given = {**sizes, "cancel": cancel}
             try:
-                done.append({name: search.found(name, ends) for name, ends in vary.items()})
+                done.append({q: _limit(trials, grasp, q, ends, given) for q, ends in vary.items()})
             except Cancelled:
                 break
             except (ValueError, RuntimeError) as error:
@@ -201,26 +194,20 @@ def _limits_of(
     return done
 
 
-@dataclass(frozen=True, eq=False)
-class _Search:
-    """What is asked about one grasp."""
+def _limit(
+    trials: GraspTrials, grasp: Grasp, name: str, ends: tuple[float, float], given: dict[str, Any]
+) -> CriticalValue:
+    """The limit of a quantity; raises Cancelled if it is stopped."""
 
-    trials: GraspTrials
-    grasp: Grasp
-    asked: dict[str, Any]
+    def outcomes(value: float, numbers: Sequence[int]) -> list[float]:
+        other, moved = _varied(trials, grasp, name, value)
+        endings = other.endings(moved, numbers, given["cancel"])
+        return [np.nan if ending == "diverged" else float(ending == "held") for ending in endings]
 
-    def found(self, name: str, ends: tuple[float, float]) -> CriticalValue:
-        """The limit of a quantity; raises Cancelled if it is stopped."""
-        outcomes = partial(self._outcomes, name)
-        found = critical_value_of(outcomes, name, ends, unit=UNITS[name], **self.asked)
-        if not found.complete:
-            raise Cancelled("cancelled within a search")
-        return found
-
-    def _outcomes(self, name: str, value: float, numbers: Sequence[int]) -> NDArray[np.float64]:
-        trials, grasp = _varied(self.trials, self.grasp, name, value)
-        endings = trials.endings(grasp, numbers, self.asked["cancel"])
-        return np.array([np.nan if e == "diverged" else float(e == "held") for e in endings])
+    found = critical_value_of(outcomes, name, ends, unit=UNITS[name], **given)
+    if not found.complete:
+        raise Cancelled("cancelled within a search")
+    return found
 
 
 def _varied(
@@ -234,9 +221,9 @@ def _varied(
     if name in ("friction", "mass"):
         changed: dict[str, Any] = {name: value}
         return replace(trials, object=replace(trials.object, **changed)), grasp
-    error, axis = np.eye(4), AXES.index(name) % 3
+    along, error = value * np.eye(3)[AXES.index(name) % 3], np.eye(4)
     if name in AXES[:3]:
-        error[axis, 3] = value
+        error[:3, 3] = along
     else:
-        error[:3, :3] = Rotation.from_rotvec(value * np.eye(3)[axis]).as_matrix()
+        error[:3, :3] = Rotation.from_rotvec(along).as_matrix()
     return trials, grasp._replace(pose=grasp.pose @ error)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from energymargin import Plane, Scene, scenes
+from energymargin import Plane, Scene, mass_properties, scenes
+from energymargin._core import Body
 
 Floats = NDArray[np.float64]
 SIGNS = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, -1).T
@@ -25,6 +27,12 @@ def up_of(scene: Scene) -> Floats:
     if not gravity.any():
         raise ValueError("scene is without gravity, expected some: nothing comes to rest in it")
     return np.asarray(-gravity / np.linalg.norm(gravity))
+
+
+def center_of(body: Body, there: Mapping[str, Any]) -> Floats:
+    """The centre of mass of a body that is `there`, as of `scene.unpack`, (3,)."""
+    own = np.array((body.inertial or mass_properties(body.shape)).center)
+    return np.asarray(Rotation.from_quat(there["orientation"]).apply(own) + there["position"])
 
 
 def frame_of(scene: Scene) -> Floats:

@@ -28,7 +28,7 @@ from energymargin.placing.pushes import Push, Pushes
 from energymargin.placing.releases import Release
 from energymargin.placing.rooms import DROP, Room, named
 from energymargin.placing.settling import settle
-from energymargin.placing.stacks import carrier_of, place_of
+from energymargin.placing.stacks import carrier_of, staying
 from energymargin.summary import Summarized
 
 HOLD = 0.1  # s
@@ -194,7 +194,7 @@ def placements(
         letting = Release(scene, body, hand, grasp, release)  # type: ignore[arg-type]
     during = checks.positive_number("horizon", horizon) if plan is None else plan.duration
     lift = checks.not_negative_number("height", height) * up_of(scene)
-    question = _Question(scene, body, objects, place, height, carrier)
+    asked_of: dict[str, Any] = {"hold": HOLD, "carrier": carrier, "above": {body: height}}
     blocked: dict[str, str] = {}
     problems: dict[str, Problem] = {}
     starts: dict[str, Floats] = {}
@@ -209,7 +209,8 @@ def placements(
             blocked[name] = other
             continue
         with kept_warnings():  # a thing that is let go falls, in each of many problems
-            problems[name] = question.problem(room.state(pose, np.zeros(3)), *asking)
+            meant = scene, room.state(pose, np.zeros(3))
+            problems[name] = staying(meant, asking, place, **asked_of)
     if poses is not None:
         _warn_of_air({k: room.nearest(room.state(asked[k], np.zeros(3))) for k in problems})
     if not problems:
@@ -230,54 +231,23 @@ def placements(
         progress=progress,
         **limit.rest(),
     )
-    pushes: dict[str, Push] = {}
-    for name in ranking.names[:pushed]:
-        try:
-            with kept_warnings():
-                rest = settle(scene, starts[name], **limit.rest())
-                pushes[name] = Pushes(scene, rest.state, limit).least(body)
-        except (TimeoutError, Cancelled):
-            break
+    pushes = _pushes(scene, body, {name: starts[name] for name in ranking.names[:pushed]}, limit)
     there = {name: asked[name] for name in problems}
     return Placements(scene, body, ranking, there, blocked, pushes)
 
 
-@dataclass(frozen=True, eq=False)
-class _Question:
-    """Whether a body and all other objects stay."""
-
-    scene: Scene
-    body: str
-    objects: list[str]
-    place: tuple[float, float]
-    height: float
-    carrier: str | None
-
-    def problem(
-        self, meant: Floats, scene: Scene, released: Floats, plan: Plan | None, horizon: float
-    ) -> Problem:
-        """From a state of a scene with or without a hand; `meant` is without."""
-        masses = [one.mass for one in self.scene.bodies if one.role == "object"]
-        weight = float(np.linalg.norm(self.scene.gravity)) * float(np.mean(masses))
-        given: dict[str, Any] = {"carrier": self.carrier}
-        captured = {
-            one: place_of(
-                *(self.scene, meant, one, *self.place),
-                above=self.height * (one == self.body),
-                **given,
-            )
-            for one in self.objects
-        }
-        none = (0.0,) * 3
-        return Problem(
-            *(scene, released),
-            captured=captured,
-            force=(weight,) * 3,
-            torque=none,
-            duration=HOLD,
-            horizon=horizon,
-            plan=plan,
-        )
+def _pushes(scene: Scene, body: str, starts: Mapping[str, Floats], limit: Limit) -> dict[str, Push]:
+    """The least push that makes a body fall, once it came to rest from each state; of those before
+    the limit."""
+    pushes: dict[str, Push] = {}
+    for name, start in starts.items():
+        try:
+            with kept_warnings():
+                rest = settle(scene, start, **limit.rest())
+                pushes[name] = Pushes(scene, rest.state, limit).least(body)
+        except (TimeoutError, Cancelled):
+            break
+    return pushes
 
 
 def _check_hand(

@@ -15,10 +15,10 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 from scipy.spatial.transform import Rotation
 
-from energymargin import Scene, World, mass_properties, scenes
+from energymargin import Scene, World, scenes
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import kept_warnings
-from energymargin.placing.boxes import Boxes, Floats, frame_of, movable, up_of
+from energymargin.placing.boxes import Boxes, Floats, center_of, frame_of, movable, up_of
 from energymargin.placing.settling import settle
 
 UPWARDS = 0.2  # of a contact's normal, from where on it carries
@@ -164,36 +164,31 @@ class Pushes:
         return state
 
     def _kicks(self, body: str) -> Iterator[Kick]:
-        alone, all_of_it = (body,), self.carried(body)
         if not self._points[body]:
             return
         points = self._area(body)
         for direction in self._directions(points):
             pivot = points[np.argmax(points @ direction)]
             turn, still = np.cross(self._up, direction), np.zeros(3)
-            for bodies in dict.fromkeys((alone, all_of_it)):
+            for bodies in dict.fromkeys(((body,), self.carried(body))):
                 others = " with what it carries" * (len(bodies) > 1)
                 mass, center = self._center(bodies)
                 weight = mass * float(np.linalg.norm(self._scene.gravity))
                 height = float((center - pivot) @ self._up)
                 away = max(float((pivot - center) @ direction), 0.0)
                 rise = max(float(np.hypot(height, away)) - height, 1e-3 * abs(height))
-                given = direction, bodies
-                yield Kick("topples" + others, *given, turn, still, pivot, weight * rise)
-                yield Kick("slides" + others, *given, still, direction, pivot, weight * rise)
+                moves = (("topples", turn, still), ("slides", still, direction))
+                for way, turned, shift in moves:
+                    given = direction, bodies, turned, shift, pivot
+                    yield Kick(way + others, *given, weight * rise)
 
     def _center(self, bodies: Sequence[str]) -> tuple[float, Floats]:
         """Mass [kg] and centre of mass of some bodies."""
         total, moment = 0.0, np.zeros(3)
         for body in self._scene.bodies:
             if body.name in bodies:
-                own = np.array((body.inertial or mass_properties(body.shape)).center)
-                there = self._there[body.name]
-                turn = Rotation.from_quat(there["orientation"])
-                total, moment = (
-                    total + body.mass,
-                    moment + body.mass * (turn.apply(own) + there["position"]),
-                )
+                total += body.mass
+                moment = moment + body.mass * center_of(body, self._there[body.name])
         return total, moment / total
 
     def _area(self, body: str) -> Floats:
@@ -201,11 +196,9 @@ class Pushes:
         them, since a round rim has few contacts."""
         points = np.array(self._points[body]).reshape(-1, 3)
         shape = next(one.shape for one in self._scene.bodies if one.name == body)
-        there = self._there[body]
-        corners = Rotation.from_quat(there["orientation"]).apply(
-            np.concatenate(scenes.shape_parts(shape))
-        )
-        corners += there["position"]
+        turn = Rotation.from_quat(self._there[body]["orientation"])
+        corners = turn.apply(np.concatenate(scenes.shape_parts(shape)))
+        corners += self._there[body]["position"]
         hull = _hull(points @ self._plane.T)
         if hull is None:
             return points

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
@@ -55,7 +53,7 @@ class Release:
                 found[at] = state[self._old.joint_slice(joint.name)]
         for name, position in self._grip.joints.items():
             found[self.scene.joint_slice(name)] = position, 0.0
-        base = scenes.pose(*_place(self._old, state, self._body)) @ self._grip.base
+        base = pose_of(self._old, state, self._body) @ self._grip.base
         row = found[self.scene.slice(self.fitted.base)]
         row[:3], row[3:7], row[7:] = base[:3, 3], quaternion(base[:3, :3]), 0.0
         return np.asarray(found)
@@ -63,7 +61,7 @@ class Release:
     def plan(self, state: Floats, after: float) -> Plan:
         """What the hand does from a state on, and `after` [s] it has let go."""
         step = self.scene.step
-        base = scenes.pose(*_place(self.scene, state, self.fitted.base))
+        base = pose_of(self.scene, state, self.fitted.base)
         rows = self._grip.protocol.rows((base @ self.fitted.frame)[:3, :3], step)
         still = np.zeros((max(round(after / step), 1), 6))
         shares = np.append(self._grip.protocol.shares(step), np.ones(len(still)))
@@ -81,8 +79,8 @@ class Release:
             other: min(self._world.distance(state, own, other) for own in self.fitted.bodies)
             for other in others
         }
-        deepest = min(depths, key=depths.__getitem__, default=None)
-        return deepest if deepest is not None and depths[deepest] < -INSIDE else None
+        in_way = {other: depth for other, depth in depths.items() if depth < -INSIDE}
+        return min(in_way, key=in_way.__getitem__, default=None)
 
 
 def quaternion(turn: Floats) -> Floats:
@@ -91,6 +89,6 @@ def quaternion(turn: Floats) -> Floats:
     return np.asarray(-found if found[0] > 0 else found)
 
 
-def _place(scene: Scene, state: Floats, name: str) -> tuple[Any, Any]:
-    position, orientation = scenes.body_poses(scene, state)[name]
-    return position, orientation
+def pose_of(scene: Scene, state: Floats, name: str) -> Floats:
+    """A body's pose, (4, 4)."""
+    return np.asarray(scenes.pose(*scenes.body_poses(scene, state)[name]))

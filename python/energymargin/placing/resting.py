@@ -230,21 +230,15 @@ class Faces:
         start = points[ends[:, 0]]
         along = points[ends[:, 1]] - start
         along /= np.linalg.norm(along, axis=1)[:, None]
-        foot = start - (start * along).sum(axis=1)[:, None] * along  # of the centre on the edge
+        foot = _across(start, along)  # of the centre on the edge
         one, other = own[a], own[b]
-        outwards = (
-            self.normals[other]
-            - _dots(self.normals[one], self.normals[other])[:, None] * (self.normals[one])
-        )
+        outwards = _across(self.normals[other], self.normals[one])
         outwards /= np.linalg.norm(outwards, axis=1)[:, None]
         self.one, self.other = one, other
         order = np.argsort(one, kind="stable")
         self._of_face = np.split(order, np.cumsum(np.bincount(one, minlength=own.max() + 1))[:-1])
         self.inside = _dots(foot, outwards)
-        back = (
-            self.normals[one]
-            - _dots(self.normals[one], self.normals[other])[:, None] * (self.normals[other])
-        )
+        back = _across(self.normals[one], self.normals[other])
         peaks = (self.inside > 0) & (_dots(foot, back) > 0)
         ends_high = np.maximum(self.heights[one], self.heights[other])
         self.peaks = np.where(peaks, np.linalg.norm(foot, axis=1), ends_high)
@@ -253,9 +247,7 @@ class Faces:
         """The poses, the most probable first."""
         rolls = _dots(self.normals[self.one], self.normals[self.other]) > np.cos(ROLLED)
         found = self._merged(merge * self.reach * np.where(rolls, 1.0, BREATH))
-        ends = {
-            one.lowest: one.share for one in self._merged(np.full(len(rolls), merge * self.reach))
-        }
+        ends = {b.lowest: b.share for b in self._merged(merge * self.reach * np.ones(len(rolls)))}
         for one in found:  # what hardly stays is where nothing comes to, but it can be put so
             one.share = ends.get(one.lowest, 0.0)
         return sorted(self._staying(found, slope), key=lambda one: -one.share)
@@ -348,6 +340,11 @@ class Faces:
 
 def _dots(one: Floats, other: Floats) -> Floats:
     return np.asarray((one * other).sum(axis=1))
+
+
+def _across(vectors: Floats, units: Floats) -> Floats:
+    """The parts of vectors that are across unit vectors, (N, 3)."""
+    return vectors - _dots(vectors, units)[:, None] * units
 
 
 def _root(parent: NDArray[Any], k: int) -> int:

@@ -92,17 +92,16 @@ class Settled(Record, Summarized):
 
     def __getitem__(self, name: str) -> RestingBody:
         """A body by its name; KeyError if there is none that moves."""
-        for body in self.bodies:
-            if body.name == name:
-                return body
-        known = ", ".join(body.name for body in self.bodies)
-        raise KeyError(f"{name!r} is no body that moves; there are: {known}")
+        known = {body.name: body for body in self.bodies}
+        if name not in known:
+            raise KeyError(f"{name!r} is no body that moves; there are: {', '.join(known)}")
+        return known[name]
 
     def to_csv(self) -> str:
         """A line for each body, in full precision."""
-        names = ("name", "verdict", "distance", "turned", "dropped", "moved_at", "rest_at", "on")
-        rows = [[getattr(body, name) for name in names] for body in self.bodies]
-        return csv_text(names, [[*row[:-1], " ".join(row[-1])] for row in rows])
+        names = ("name", "verdict", "distance", "turned", "dropped", "moved_at", "rest_at")
+        rows = [[*(getattr(b, name) for name in names), " ".join(b.on)] for b in self.bodies]
+        return csv_text((*names, "on"), rows)
 
 
 def settle(
@@ -139,8 +138,8 @@ def settle(
     Cancelled if nothing was simulated, and DivergedError.
     """
     limit = Limit(timeout, cancel)
-    positive_number("tolerance", tolerance)
-    for name, value in (("time", time), ("still", still), ("during", during)):
+    asked = {"tolerance": tolerance, "time": time, "still": still, "during": during}
+    for name, value in asked.items():
         positive_number(name, value)
     if time < during:
         raise ValueError(f"time is {time:g}, expected at least during, {during:g}")

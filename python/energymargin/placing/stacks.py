@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,10 +21,10 @@ from energymargin import (
     capture_probability,
     critical_value,
     critical_values,
-    mass_properties,
     regions,
     scenes,
 )
+from energymargin._core import Body
 from energymargin.base import checks
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import warn
@@ -31,7 +32,7 @@ from energymargin.base.reprs import Record
 from energymargin.base.table_text import csv_text
 from energymargin.disturbances import Uniform
 from energymargin.executors import Executor
-from energymargin.placing.boxes import Floats, frame_of, movable, up_of
+from energymargin.placing.boxes import Floats, center_of, frame_of, movable, up_of
 from energymargin.placing.pushes import Push, Pushes
 from energymargin.placing.settling import settle
 from energymargin.summary import Summarized
@@ -70,10 +71,10 @@ class StackRobustness(Record, Summarized):
 
     def __getitem__(self, body: str) -> Push:
         """The least push of a body; KeyError if it has none."""
-        for push in self.pushes:
-            if push.body == body:
-                return push
-        raise KeyError(f"{body!r} is not asked; there are: {[p.body for p in self.pushes]}")
+        asked = {push.body: push for push in self.pushes}
+        if body not in asked:
+            raise KeyError(f"{body!r} is not asked; there are: {list(asked)}")
+        return asked[body]
 
     def to_csv(self) -> str:
         """A line for each body, in full precision."""
@@ -147,38 +148,28 @@ def stack_robustness(
     place = checks.positive_number("radius", radius), checks.positive_number("angle", angle)
     checks.not_negative_number("knock", knock)
     checks.positive_number("horizon", horizon)
+    options: dict[str, Any] = {"probability": probability, "seed": checks.seed_number(seed)}
+    options |= {"threads": threads, "executor": executor}
     _check_rest(scene, start, limit)
     ways = np.concatenate([pushing.ways(body) for body in objects if body in pushing.names])
-    asking = _Support(scene, start, objects, ways, horizon, place, knock)
-    carrier = carrier_of(scene, plan)
-    pushes: list[Push] = []
-    found: dict[str, CriticalValue | None] = dict.fromkeys(SUPPORT)
-    total, speed = len(asked) + len(support) + (plan is not None), None
+    asking = _Support(scene, start, ways, horizon, place, knock, options, limit)
+    carrier, done = carrier_of(scene, plan), list[Any]()
+    questions: list[Callable[[], Any]] = [partial(pushing.least, body) for body in asked]
+    questions += [partial(asking.most, name) for name in support]
+    questions += [] if plan is None else [partial(asking.fastest, plan, carrier)]
     try:
-        for body in asked:
-            pushes.append(pushing.least(body))
+        for question in questions:
+            done.append(question())
             if progress is not None:
-                progress(len(pushes), total)
-        for done, name in enumerate(support, 1):
-            options: dict[str, Any] = {"probability": probability, "seed": checks.seed_number(seed)}
-            options |= {"threads": threads, "executor": executor, **limit.rest()}
-            found[name] = asking.most(name, limit, options)
-            if progress is not None:
-                progress(len(pushes) + done, total)
-        if plan is not None and carrier is not None:
-            options = {"probability": probability, "seed": checks.seed_number(seed)}
-            options |= {"threads": threads, "executor": executor, **limit.rest()}
-            speed = asking.fastest(plan, carrier, options)
-            if progress is not None:
-                progress(total, total)
+                progress(len(done), len(questions))
     except (TimeoutError, Cancelled):
-        if not pushes:
+        if not done[: len(asked)]:
             raise
-    complete = len(pushes) == len(asked) and all(found[name] is not None for name in support)
-    complete &= (speed is None) == (plan is None)
-    ranked = tuple(sorted(pushes, key=lambda push: push.effort))
-    values = found["tilt"], found["acceleration"], speed
-    return StackRobustness(scene, start, ranked, *values, complete)
+    pushes = tuple(sorted(done[: len(asked)], key=lambda push: push.effort))
+    found = dict(zip([*support, "speed"], done[len(asked) :], strict=False))
+    tilt, acceleration, speed = (found.get(name) for name in (*SUPPORT, "speed"))
+    complete = len(done) == len(questions)
+    return StackRobustness(scene, start, pushes, tilt, acceleration, speed, complete)
 
 
 def _check_rest(scene: Scene, start: Floats, limit: Limit) -> None:
@@ -196,14 +187,15 @@ class _Support:
 
     scene: Scene
     state: Floats
-    objects: list[str]
     ways: Floats
     """Horizontal directions in which it moves, beside eight even ones, (N, 3)."""
     horizon: float
     place: tuple[float, float]
     knock: float
+    options: dict[str, Any]
+    limit: Limit
 
-    def most(self, name: str, limit: Limit, options: dict[str, Any]) -> CriticalValue:
+    def most(self, name: str) -> CriticalValue:
         """The critical value of the worst direction."""
         unit, most = SUPPORT[name]
         angles = 2.0 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS
@@ -211,42 +203,37 @@ class _Support:
         worst, least = even[0], most
         for way in (*even, *np.unique(np.round(self.ways, 6), axis=0)):
             low, high = 0.0, least * (1.0 - FINE)
-            if self._holds(name, way, high, limit):
+            if self._holds(name, way, high):
                 continue
             while high - low > ROUGH * FINE * most:
                 middle = 0.5 * (low + high)
-                low, high = (
-                    (middle, high) if self._holds(name, way, middle, limit) else (low, middle)
-                )
+                holds = self._holds(name, way, middle)
+                low, high = (middle, high) if holds else (low, middle)
             worst, least = way, high
-        return critical_value(
-            lambda value: self._problem(name, worst, value),
-            *(name, (0.0, most)),
-            unit=unit,
-            **self._asked(options),
-        )
+        problem_of = partial(self._problem, name, worst)
+        return critical_value(problem_of, name, (0.0, most), unit=unit, **self._asked())
 
-    def fastest(self, plan: Plan, carrier: str, options: dict[str, Any]) -> CriticalValue:
+    def fastest(self, plan: Plan, carrier: str | None) -> CriticalValue:
         """How many times faster a plan of the support may be played."""
         problem = self._asks(plan, plan.duration, carrier)
-        return critical_values(problem, {"speed": SPEEDS}, **self._asked(options))[0]
+        return critical_values(problem, {"speed": SPEEDS}, **self._asked())[0]
 
-    def _asked(self, options: dict[str, Any]) -> dict[str, Any]:
-        known: dict[str, Any] = {"disturbance": Uniform(self.knock)}
-        if self.knock:
-            return options | known
-        return options | known | {"draws": QUIET, "probability": 0.5}  # all draws are alike
+    def _asked(self) -> dict[str, Any]:
+        alike: dict[str, Any] = {"draws": QUIET, "probability": 0.5}  # as all draws are
+        knocks = {} if self.knock else alike
+        return {**self.options, **self.limit.rest(), "disturbance": Uniform(self.knock), **knocks}
 
-    def _holds(self, name: str, way: Floats, value: float, limit: Limit) -> bool:
+    def _holds(self, name: str, way: Floats, value: float) -> bool:
         problem = self._problem(name, way, value)
         asked: dict[str, Any] = {"rollouts": 1, "disturbance": Uniform(0.0), "undisturbed": False}
-        return capture_probability(problem, threads=1, **asked, **limit.rest()).captured > 0.5
+        found = capture_probability(problem, threads=1, **asked, **self.limit.rest())
+        return found.captured > 0.5
 
     def _problem(self, name: str, way: Floats, value: float) -> Problem:
         """Each body of mass m feels m times the change of gravity, in the support's frame."""
-        gravity = float(np.linalg.norm(self.scene.gravity))
         change = value * way
         if name == "tilt":
+            gravity = float(np.linalg.norm(self.scene.gravity))
             change = gravity * (np.sin(value) * way + (1.0 - np.cos(value)) * up_of(self.scene))
         masses = {body.name: body.mass for body in self.scene.bodies}
         rows = {
@@ -256,51 +243,68 @@ class _Support:
         return self._asks(Plan(self.horizon, wrenches=rows), self.horizon, None)
 
     def _asks(self, plan: Plan, horizon: float, carrier: str | None) -> Problem:
-        """Whether all objects stay in their places while the plan is played."""
-        masses = {body.name: body.mass for body in self.scene.bodies}
-        gravity = float(np.linalg.norm(self.scene.gravity))
-        weight = gravity * float(np.mean([masses[body] for body in self.objects]))
-        given = self.scene, self.state
-        return Problem(
-            *given,
-            captured={
-                body: place_of(*given, body, *self.place, carrier=carrier) for body in self.objects
-            },
-            force=(weight,) * 3,
-            torque=(0.0,) * 3,
-            duration=min(HOLD, horizon),
-            horizon=horizon,
-            plan=plan,
-        )
+        there, hold = (self.scene, self.state), min(HOLD, horizon)
+        return staying(there, (*there, plan, horizon), self.place, hold=hold, carrier=carrier)
+
+
+def staying(
+    meant: tuple[Scene, Floats],
+    asked: tuple[Scene, Floats, Plan | None, float],
+    place: tuple[float, float],
+    *,
+    hold: float,
+    carrier: str | None,
+    above: Mapping[str, float] = {},
+) -> Problem:
+    """Do all objects stay in their places, from a scene and a state on, for a plan and a horizon?
+
+    Their places are about where they are in the state that is `meant`, whose scene may be without
+    the hand; `place`, `above` by object, and `carrier` are as of `place_of`.
+    """
+    scene, state, plan, horizon = asked
+    bodies = [body for body in meant[0].bodies if body.role == "object"]
+    gravity = float(np.linalg.norm(meant[0].gravity))
+    weight = gravity * float(np.mean([body.mass for body in bodies]))
+    captured = {
+        one.name: place_of(*meant, one, *place, above=above.get(one.name, 0.0), carrier=carrier)
+        for one in bodies
+    }
+    return Problem(
+        scene,
+        state,
+        captured=captured,
+        force=(weight,) * 3,
+        torque=(0.0,) * 3,
+        duration=hold,
+        horizon=horizon,
+        plan=plan,
+    )
 
 
 def place_of(
     scene: Scene,
     state: Floats,
-    name: str,
+    body: Body,
     radius: float,
     angle: float,
     *,
-    above: float = 0.0,
-    carrier: str | None = None,
+    above: float,
+    carrier: str | None,
 ) -> regions.Region:
     """The states in which a body's centre of mass is within `radius` [m] of where it is in this one
     along each axis, or `above` that [m], and it leans by at most `angle` [rad], as seen from the
     body that carries it."""
-    frame, there = frame_of(scene), scene.unpack(state)[name]
-    body = next(one for one in scene.bodies if one.name == name)
-    turn = Rotation.from_quat(there["orientation"])
-    own = np.array((body.inertial or mass_properties(body.shape)).center)
-    center, up = turn.apply(own) + there["position"], frame[2]
-    own_up = turn.inv().apply(up)
+    frame, there = frame_of(scene), scene.unpack(state)[body.name]
+    center, up = center_of(body, there), frame[2]
+    own_up = Rotation.from_quat(there["orientation"]).inv().apply(up)
     if carrier is not None:
         position, orientation = scenes.body_poses(scene, state)[carrier]
         back = Rotation.from_quat(orientation).inv()
         frame, center, up = back.apply(frame), back.apply(center - position), back.apply(up)
-    region = regions.Tilt(name, own_up, up, angle, carrier)
+    region = regions.Tilt(body.name, own_up, up, angle, carrier)
     for axis, more in zip((*frame, *-frame), (0.0, 0.0, above, 0.0, 0.0, 0.0), strict=True):
         reach = float(axis @ center) + radius + more
-        region &= regions.HalfSpace(name, axis, reach, carrier, point="center_of_mass")
+        region &= regions.HalfSpace(body.name, axis, reach, carrier, point="center_of_mass")
     return region
 
 

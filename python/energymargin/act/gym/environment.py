@@ -107,11 +107,11 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         if render_mode is not None:
             one_of("render_mode", render_mode, self.metadata["render_modes"])
         self.render_mode = render_mode
-        self._low = np.array([channel.low for channel in self.channels])
-        self._high = np.array([channel.high for channel in self.channels])
         self._begin(np.random.default_rng(0))  # an episode to ask about before the first reset
         kind: Any = np.float64
-        self.action_space = spaces.Box(self._low, self._high, dtype=kind)
+        low, high = np.array([(channel.low, channel.high) for channel in self.channels]).T
+        self._bounds = low, high
+        self.action_space = spaces.Box(low, high, dtype=kind)
         self.observation_space = spaces.Box(-np.inf, np.inf, self.state.shape, kind)
 
     @property
@@ -188,13 +188,9 @@ class TaskEnv(gymnasium.Env[Array, Array]):
             drive = Drive(plan.wrenches, plan.targets)
             held = acted(drive, self.channels, self._checked(action), min(rows, plan.rows))
             plan = Plan(plan.step, wrenches=held.wrenches, targets=held.targets)
-        return self.present().replace(
-            captured=self._captured,
-            scene=self._world.scene,
-            horizon=horizon,
-            plan=plan,
-            effector="coast",
-        )
+        asked = {"horizon": horizon, "plan": plan, "effector": "coast"}
+        scene, captured = self._world.scene, self._captured
+        return self.present().replace(captured=captured, scene=scene, **asked)
 
     def render(self) -> Any:
         """The state as a picture, shape (height, width, 3) of bytes; None without a render mode."""
@@ -245,9 +241,9 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         return int(end) - self._done
 
     def _checked(self, action: Array) -> Array:
-        expected = f"{len(self._low)} finite numbers"
-        numbers = numbers_of("action", action, expected, self._low.shape)
-        return np.asarray(np.clip(numbers, self._low, self._high))
+        count = len(self.channels)
+        numbers = numbers_of("action", action, f"{count} finite numbers", (count,))
+        return np.asarray(np.clip(numbers, *self._bounds))
 
     def _info(self) -> dict[str, Any]:
         return {

@@ -26,6 +26,7 @@ from energymargin.act.choosing import (
     candidates_of,
 )
 from energymargin.act.gym.environment import ScriptedFuture
+from energymargin.act.trials import OF_ROLLOUTS
 from energymargin.base.checks import (
     core_count,
     finite_number,
@@ -36,7 +37,7 @@ from energymargin.base.checks import (
 )
 from energymargin.base.metrics import TIMED, check_metrics, is_likelihood
 from energymargin.disturbances import Disturbance
-from energymargin.evaluate.divergence import ANY, is_unknown
+from energymargin.evaluate.divergence import is_unknown
 from energymargin.evaluate.searches import SearchSettings, chosen_metrics, metric_search, value_of
 from energymargin.model.policies import Policy
 
@@ -257,8 +258,7 @@ def score_of(
     """
     chosen_metrics([problem], [metric])
     settings = replace(settings, common_random_numbers=True)
-    of_rollouts: dict[str, Any] = {"undisturbed": False, "most_diverged": ANY}
-    timed = of_rollouts if metric in TIMED else {}
+    timed = OF_ROLLOUTS if metric in TIMED else {}
     found = metric_search(
         problem, metric, settings, 0, disturbance=disturbance, threads=threads, **timed
     )

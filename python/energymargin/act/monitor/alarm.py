@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin.act.monitor.conditions import Conditions
-from energymargin.base.checks import numbers_of, whole_number
+from energymargin.base.checks import check_shape, numbers_of, open_share, whole_number
 from energymargin.base.reprs import Record
 
 Lost = Sequence[int | None]
@@ -130,8 +130,7 @@ class Threshold(Record):
         """
         from scipy.stats import beta
 
-        if not 0 < confidence < 1:
-            raise ValueError(f"confidence is {confidence!r}, expected a number between 0 and 1")
+        open_share("confidence", confidence)
         tails = ((1 - confidence) / 2, (1 + confidence) / 2)
         low, high = beta.ppf(tails, self.rank, len(self.statistics) + 1 - self.rank)
         return float(low), float(high)
@@ -194,8 +193,7 @@ def threshold(
     `count`, or only values of inf: the guarantee is for the others. Raises ValueError on bad
     arguments, and on too few trajectories: n have to be at least 1 / false_alarms - 1, 19 for 5 %.
     """
-    if not 0 < false_alarms < 1:
-        raise ValueError(f"false_alarms is {false_alarms!r}, expected a number between 0 and 1")
+    open_share("false_alarms", false_alarms)
     Alarm(0.0, count=count, window=window)  # checks them
     parts = _trajectories(values, lost, ahead)
     found = [_lowest(part.values[: part.false_until], count, window) for part in parts]
@@ -244,11 +242,7 @@ def first_loss(captured: ArrayLike, succeeded: ArrayLike | None = None) -> int |
 
 def _labels_of(name: str, given: ArrayLike, count: int | None) -> NDArray[np.bool_]:
     labels = np.array(given)
-    if labels.ndim != 1 or labels.dtype != bool or count not in (None, len(labels)):
-        shape = "(K,)" if count is None else f"({count},)"
-        raise ValueError(
-            f"{name} has shape {labels.shape} of {labels.dtype}, expected {shape} of bool"
-        )
+    check_shape(name, labels, (labels.size if count is None else count,), bool)
     return labels
 
 
@@ -269,11 +263,10 @@ def _trajectories(values: Sequence[ArrayLike], lost: Lost, ahead: int | None) ->
     parts = []
     for number, (given, frame) in enumerate(zip(values, lost, strict=True)):
         numbers = _values_of(f"values[{number}]", given)
-        if frame is None:
-            parts.append(_Part(numbers, None, len(numbers)))
-            continue
-        loss = whole_number(f"lost[{number}]", frame, 0, len(numbers))
-        false_until = 0 if near is None else max(loss - near, 0)
+        loss, false_until = None, len(numbers)
+        if frame is not None:
+            loss = whole_number(f"lost[{number}]", frame, 0, len(numbers))
+            false_until = 0 if near is None else max(loss - near, 0)
         parts.append(_Part(numbers[:loss], loss, false_until))
     return parts
 

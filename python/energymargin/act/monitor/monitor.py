@@ -11,7 +11,7 @@ import weakref
 from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -41,15 +41,22 @@ if TYPE_CHECKING:
 MOST_WORKERS = 256
 UNKNOWN = (math.nan, math.nan)
 
-Foreseen = tuple[float, tuple[float, float]]
-"""What a first look is sure of: the value, and its interval."""
-
 _log = logging.getLogger("energymargin.monitor")
 
 ProblemOf = Callable[[NDArray[np.float64], float], Problem]
 """Called with (state, time); returns the question about that state."""
 FirstLook = Callable[[NDArray[np.float64], float], "Estimates"]
 """Called with (state, time); returns what a surrogate says of that state."""
+
+
+class _Score(NamedTuple):
+    """What came of a state, as in its Reading; a first look has no probability."""
+
+    value: float = math.nan
+    interval: tuple[float, float] = UNKNOWN
+    rollouts: int = 0
+    probability: CaptureProbability | None = None
+    error: Exception | None = None
 
 
 class Monitor(Closing):
@@ -130,12 +137,12 @@ class Monitor(Closing):
             )
         count = whole_number("workers", workers, 1, MOST_WORKERS)
         self._threads = max(1, core_count("threads", threads) // (count if threads is None else 1))
-        self._most_waiting = whole_number("waiting", waiting, 1)
+        most_waiting = whole_number("waiting", waiting, 1)
         self._trend_window = positive_number("trend_window", trend_window)
         self._kept = whole_number("kept", kept, 1)
         self._on_reading = function_or_none("on_reading", on_reading, "reading")
 
-        self._stream = Stream()
+        self._stream = Stream(most_waiting)
         self._lock = self._stream.changed
         self._delivery = threading.RLock()  # readings come one after the other
         self._history: list[Reading] = []
@@ -169,13 +176,9 @@ class Monitor(Closing):
                     "begins a new trajectory"
                 )
             self._newest = time
-            came = clock.monotonic()
             waiting = self._stream.waiting
-            waiting.append(Pushed(self._newest, vector, came, self._stream.cancel))
-            self._count(pushed=1)
-            if len(waiting) > self._most_waiting:
-                waiting.popleft()
-                self._count(dropped=1)
+            self._count(pushed=1, dropped=int(len(waiting) == waiting.maxlen))
+            waiting.append(Pushed(time, vector, clock.monotonic(), self._stream.cancel))
             self._lock.notify()
 
     @property
@@ -242,7 +245,7 @@ class Monitor(Closing):
         """On a worker: scores a state, and delivers its reading."""
         self._deliver(pushed, self._score(pushed))
 
-    def _foreseen(self, pushed: Pushed) -> Foreseen | None:
+    def _foreseen(self, pushed: Pushed) -> _Score | None:
         """What a first look says, if it is on one side of the alarm."""
         if self._first_look is None or self.rule is None:
             return None
@@ -254,9 +257,9 @@ class Monitor(Closing):
         low, high = float(found.low), float(found.high)
         off = self.rule.on if self.rule.off is None else self.rule.off
         sure = high < self.rule.on or low >= off
-        return (float(found.value), (low, high)) if sure else None
+        return _Score(float(found.value), (low, high)) if sure else None
 
-    def _score(self, pushed: Pushed) -> CaptureProbability | Foreseen | Exception:
+    def _score(self, pushed: Pushed) -> _Score:
         with self._lock:
             rollouts = self._pace.rollouts
         try:
@@ -267,7 +270,7 @@ class Monitor(Closing):
             if self._conditions is not None:
                 self._conditions.require_horizon(problem.horizon)
             asked = clock.monotonic()
-            probability: CaptureProbability = metric_search(
+            found: CaptureProbability = metric_search(
                 problem,
                 "probability",
                 replace(self._settings, rollouts=rollouts),
@@ -277,12 +280,14 @@ class Monitor(Closing):
                 most_diverged=ANY,
             )
         except Exception as error:  # whatever it is, the next state may be better
-            return error
+            return _Score(error=error)
         with self._lock:
             self._pace.note(rollouts, asked - begun, clock.monotonic() - asked)
-        return probability
+        if is_unknown(found):
+            return _Score(probability=found)
+        return _Score(float(found.captured), found.interval(), found.rollouts, found)
 
-    def _deliver(self, pushed: Pushed, score: CaptureProbability | Foreseen | Exception) -> None:
+    def _deliver(self, pushed: Pushed, score: _Score) -> None:
         with self._delivery:
             with self._lock:
                 if pushed.cancel.is_set:
@@ -299,29 +304,19 @@ class Monitor(Closing):
                 why = diverged if reading.error is None else _text(reading.error)
                 self._warn(f"the state at {reading.time:g} s has no score", why)
 
-    def _noted(self, pushed: Pushed, score: CaptureProbability | Foreseen | Exception) -> Reading:
+    def _noted(self, pushed: Pushed, score: _Score) -> Reading:
         """The reading, once alarm, history and counters know it."""
         lateness = clock.monotonic() - pushed.came
-        late = lateness > self._period
-        error = score if isinstance(score, Exception) else None
-        probability = score if isinstance(score, CaptureProbability) else None
-        if isinstance(score, tuple):
-            (value, interval), rollouts = score, 0
-        elif isinstance(score, Exception) or is_unknown(score):
-            value, interval, rollouts = math.nan, UNKNOWN, 0
-        else:
-            value, interval, rollouts = float(score.captured), score.interval(), score.rollouts
-        trend = math.nan
-        if math.isnan(value):
+        late, trend = lateness > self._period, math.nan
+        if math.isnan(score.value):
             self._count(failed=1)
         else:
-            self._follow(pushed.time, value)
-            trend = self._trend(pushed.time, value)
-            self._count(scored=1, late=int(late), foreseen=int(isinstance(score, tuple)))
-        reading = Reading(
-            *(pushed.time, value, interval, rollouts, trend, self._is_on, lateness, late),
-            *(probability, error),
-        )
+            self._follow(pushed.time, score.value)
+            trend = self._trend(pushed.time, score.value)
+            self._count(scored=1, late=int(late), foreseen=int(score.probability is None))
+        now: dict[str, Any] = {"trend": trend, "alarm": self._is_on}
+        now |= {"lateness": lateness, "late": late}
+        reading = Reading(pushed.time, **score._asdict(), **now)
         bisect.insort(self._history, reading, key=lambda known: known.time)
         del self._history[: -self._kept]
         return reading

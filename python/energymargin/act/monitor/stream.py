@@ -39,10 +39,10 @@ class Stream:
     Workers hold their monitor only while they score: one that nobody else holds is freed.
     """
 
-    def __init__(self) -> None:
-        """Without workers."""
+    def __init__(self, most_waiting: int) -> None:
+        """Without workers. Beyond `most_waiting` states the oldest one goes."""
         self.changed = threading.Condition()
-        self.waiting: deque[Pushed] = deque()
+        self.waiting: deque[Pushed] = deque(maxlen=most_waiting)
         self.busy = 0
         self.cancel = Cancel()
         self.closed = False

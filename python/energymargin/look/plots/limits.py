@@ -8,11 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from energymargin.act.critical import CriticalValue
-from energymargin.act.curve import CriticalCurve
-from energymargin.act.limits import CriticalValues
+from energymargin.act.limits import CriticalCurve, CriticalValues
+from energymargin.act.scale import Scale
 from energymargin.look.plots import styles
 
-RATIO = 10.0  # of the ends of a range, from which on its axis is logarithmic
 TIGHTEST, OTHERS = "tab:orange", "tab:blue"
 LINE = 0.42  # inch, of a quantity
 WITHOUT = {"everywhere": "holds in the whole range", "nowhere": "does not hold in the range"}
@@ -53,12 +52,11 @@ def plot_critical_values(limits: CriticalValues, *, ax: Axes | None = None) -> A
     """
     rows = sorted(zip(limits, limits.nominals, limits.margins, strict=True), key=_by_margin)
     ax = styles.axes_or_new(ax, 6.4, 1.2 + LINE * len(limits))
-    edge = 1.15 * max(abs(share) for row in rows for share in [*_shares(row), 1e-3])
-    for number, row in enumerate(rows):
-        one, nominal, _ = row
+    marks = [_marks(one, nominal) for one, nominal, _ in rows]
+    edge = 1.15 * max([1e-3, *(abs(share) for row in marks for _, *at in row for share in at)])
+    for number, (one, _, _) in enumerate(rows):
         color = TIGHTEST if one is limits.tightest else OTHERS
-        for value, low, high, _ in one.crossings:
-            at, *ends = (_share(one, nominal, v) for v in (value, low, high))
+        for value, at, *ends in marks[number]:
             ax.barh(number, at, height=0.55, color=color, alpha=0.8)
             ax.plot(ends, [number, number], color="0.15", linewidth=1.4)
             ax.annotate(_with_unit(value, one.unit), (at, number), **_beside(at))
@@ -115,16 +113,11 @@ def _by_margin(row: Row) -> float:
     return np.inf if np.isnan(row[2]) else row[2]
 
 
-def _shares(row: Row) -> list[float]:
-    """Where its crossings and their intervals are."""
-    one, nominal, _ = row
-    return [_share(one, nominal, value) for *values, _ in one.crossings for value in values]
-
-
-def _share(one: CriticalValue, nominal: float, value: float) -> float:
-    """How far a value is from the nominal one, as a share of that, or of the range where it is
-    0."""
-    return (value - nominal) / (abs(nominal) or one.range[1] - one.range[0])
+def _marks(one: CriticalValue, nominal: float) -> list[tuple[float, ...]]:
+    """The value of each crossing, and how far it and the ends of its interval are from the nominal
+    value, as shares of that, or of the range where it is 0."""
+    size = abs(nominal) or one.range[1] - one.range[0]
+    return [(v, *((at - nominal) / size for at in (v, *ends))) for v, *ends, _ in one.crossings]
 
 
 def _beside(at: float) -> dict[str, Any]:
@@ -136,7 +129,8 @@ def _beside(at: float) -> dict[str, Any]:
 
 
 def _by_ratio(ax: Axes, axis: str, ends: tuple[float, float]) -> None:
-    if ends[0] > 0 and ends[1] / ends[0] > RATIO:
+    """Makes an axis logarithmic if its values were searched by ratios."""
+    if Scale.of(ends).by_ratio:
         (ax.set_xscale if axis == "x" else ax.set_yscale)("log")
 
 
