@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from energymargin import Plane, Scene, mass_properties, scenes
-from energymargin._core import Body
 
 Floats = NDArray[np.float64]
 SIGNS = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, -1).T
@@ -29,7 +28,7 @@ def up_of(scene: Scene) -> Floats:
     return np.asarray(-gravity / np.linalg.norm(gravity))
 
 
-def center_of(body: Body, there: Mapping[str, Any]) -> Floats:
+def center_of(body: Any, there: Mapping[str, Any]) -> Floats:
     """The centre of mass of a body that is `there`, as of `scene.unpack`, (3,)."""
     own = np.array((body.inertial or mass_properties(body.shape)).center)
     return np.asarray(Rotation.from_quat(there["orientation"]).apply(own) + there["position"])

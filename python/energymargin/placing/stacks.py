@@ -24,7 +24,6 @@ from energymargin import (
     regions,
     scenes,
 )
-from energymargin._core import Body
 from energymargin.base import checks
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import warn
@@ -284,7 +283,7 @@ def staying(
 def place_of(
     scene: Scene,
     state: Floats,
-    body: Body,
+    body: Any,
     radius: float,
     angle: float,
     *,
