@@ -189,6 +189,8 @@ def placements(
         asked = named(poses)
     place = checks.positive_number("radius", radius), checks.positive_number("angle", angle)
     carrier, letting = carrier_of(scene, plan), None
+    if hand is None and grasp is not None:
+        raise ValueError("grasp is given, and no hand has it: expected one, as hand='panda'")
     if hand is not None:
         _check_hand(plan, grasp, uncertainty)
         letting = Release(scene, body, hand, grasp, release)  # type: ignore[arg-type]
