@@ -86,12 +86,22 @@ def test_a_cancel_keeps_the_grasps_that_are_done():
     [
         ({}, "vary is {}, expected ranges by name"),
         ({"colour": (0, 1)}, "vary is 'colour', expected 'force'"),
-        ({"force": (-1.0, -0.5)}, "force is -0.5"),
+        ({"force": (-1.0, -0.5)}, "force is -1"),
+        ({"mass": (0.0, 1.0)}, "mass is 0"),
+        ({"force": (20.0, 1.0)}, r"range is \(20\.0, 1\.0\), expected \(low, high\)"),
+        ({"force": 5.0}, "range is 5"),
     ],
 )
 def test_what_cannot_be_varied_is_named(vary, match):
     with pytest.raises(ValueError, match=match):
         grip(vary=vary)
+
+
+@pytest.mark.parametrize("wrong", [{"probability": 1}, {"draws": 5}, {"tolerance": 0}])
+def test_what_no_grasp_can_be_asked_is_refused(wrong):
+    """It is no error of each grasp."""
+    with pytest.raises(ValueError, match=f"{next(iter(wrong))} is {next(iter(wrong.values()))}"):
+        grip(vary={"force": (0.5, 20.0)}, **wrong)
 
 
 def test_the_command_tells_what_each_grasp_of_a_file_takes(tmp_path):

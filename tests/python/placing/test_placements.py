@@ -125,7 +125,7 @@ def test_a_slope_and_a_shake_act_by_the_mass_of_each_draw(given, mass):
     known = em.beliefs.Uncertainty(mass={"cup": stats.uniform(0.999 * mass, 0.002 * mass)})
     (one,) = em.placements(*asked, **given)
     (other,) = em.placements(*asked, **given, uncertainty=known)
-    assert 0.2 < one.score < 0.9 and other.score == pytest.approx(one.score, abs=0.03)
+    assert 0.2 < one.score < 0.95 and other.score == pytest.approx(one.score, abs=0.03)
 
 
 def test_the_same_seed_gives_the_same_table_on_any_threads():
