@@ -494,7 +494,7 @@ def test_a_link_has_no_place_of_its_own():
     inside = em.regions.Ball("door", (0.1, 0, 0), 0.1)
     none = {"force": (0, 0, 0), "torque": (0, 0, 0), "duration": 0.1, "horizon": 0.1}
     problem = em.Problem(scene, scene.pack(), captured=inside, **none)
-    with pytest.raises(ValueError, match="vary is 'x.door', along which that body does not move"):
+    with pytest.raises(ValueError, match=r"vary is 'x\.door', along which that body does not move"):
         em.critical_values(problem, {"x.door": (-0.1, 0.1)})
 
 

@@ -46,6 +46,14 @@ def test_a_pad_that_is_beside_the_block_holds_nothing():
     assert one.unit == "m"
 
 
+def test_an_error_to_both_sides_has_both_its_limits_without_more_draws():
+    """The open hand is in the block beyond half of what it is wider, give or take a millimetre."""
+    found = grip(vary={"x": (-0.06, 0.06)})
+    one, free = found.limits["x"][0], (0.08 - WIDTH) / 2
+    assert [side for *_, side in one.crossings] == ["above", "below"]
+    assert [value for value, *_ in one.crossings] == pytest.approx([-free, free], abs=0.0015)
+
+
 def test_a_grasp_without_a_limit_says_so_and_the_others_have_theirs(tmp_path):
     found = grip(vary={"force": (0.5, 20.0)}, count=2, threads=2)
     one, other = found.limits["force"]

@@ -193,6 +193,11 @@ def test_the_command_ranks_poses_of_a_table_and_a_grid(tmp_path):
     grid = ["--spacing", 0.2, "--pose", 0, "-o", "out.png"]
     done = run_here("placements", *mesh, *grid, cwd=tmp_path)
     assert done.returncode == 0 and (tmp_path / "out.png").stat().st_size > 5000, done.stderr
+    (tmp_path / "board.obj").rename(tmp_path / "object.obj")  # the name of what is set down
+    few = ["--on", "object.obj", *mesh[:4], "--rollouts", 2, "--spacing", 0.2, "--pushed", 0]
+    done = run_here("placements", *few, cwd=tmp_path)
+    assert done.returncode == 0 and "object-.0 (" in done.stdout, done.stderr
+    (tmp_path / "object.obj").rename(tmp_path / "board.obj")
     done = run_here("placements", *mesh, "--pose", 9, cwd=tmp_path)
     assert done.returncode == 2 and "--pose is 9" in done.stderr
 
