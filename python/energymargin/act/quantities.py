@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from energymargin._core import Feedback, Plan, Problem
 from energymargin.base.checks import one_of, positive_number
-from energymargin.model.engines import Engine, with_varied
+from energymargin.model.engines import Engine, varied_by, with_varied
 from energymargin.model.plans import in_steps
 
 
@@ -40,13 +40,10 @@ def quantity_of(problem: Problem, name: str) -> Quantity:
     an axis of the world [m] or turn it about one [rad]. An em.engines.Engine has those that it
     `varies`. Raises ValueError on another name, and on what has no such quantity.
     """
-    engine = problem.scene.engine
-    if isinstance(engine, Engine) and name in engine.varies:
-        unit = "kg" if name.startswith("mass.") else ""
-        return Quantity(
-            name, unit, engine.varies[name], lambda value: with_varied(problem, {name: value})
-        )
-    kind, _, of = name.partition(".")
+    engine, (kind, _, of) = problem.scene.engine, name.partition(".")
+    if isinstance(engine, Engine) and (name in engine.varies or kind in OF_SCENE):
+        unit, nominal = "kg" if kind == "mass" else "", varied_by(engine, name)
+        return Quantity(name, unit, nominal, lambda value: with_varied(problem, {name: value}))
     part = "JOINT" if kind == "force" else "BODY"
     known = one_of("vary", f"{kind}.{part}" if of else kind, tuple(QUANTITIES))
     return QUANTITIES[known](problem, name, of)
@@ -199,8 +196,9 @@ def _pose(problem: Problem, name: str, body: str) -> Quantity:
     kind, scene = name.partition(".")[0], problem.scene
     axis, turns = AXES.index(kind[-1]), kind[0] == "r"
     one_of("vary", body, tuple(one.name for one in scene.bodies))
+    links = {joint.child for joint in scene.joints}
     there = scene.unpack(problem.state).get(body, {})
-    if len(there.get("position", ())) < 3:
+    if body in links or len(there.get("position", ())) < 3:
         raise ValueError(f"vary is {name!r}, along which that body does not move freely")
 
     def moved(value: float) -> Problem:
@@ -222,3 +220,4 @@ QUANTITIES: dict[str, Callable[[Problem, str, str], Quantity]] = {
     **{"friction.BODY": _of_body, "mass.BODY": _of_body, "force.JOINT": _force},
     **{f"{turn}{axis}.BODY": _pose for turn in ("", "r") for axis in AXES},
 }
+OF_SCENE = ("friction", "mass", "force")  # which an engine of its own does not look at

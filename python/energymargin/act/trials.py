@@ -124,7 +124,7 @@ def draw_chunk(question: Question, draws: Sequence[Draw], cancel: Cancel) -> lis
             *(first.problem, question.metric),
             replace(question.settings, rollouts=1 + len(others)),
             first.number if question.is_effort else None,
-            disturbance=question.disturbance,
+            disturbance=_disturbance_of(question, first.problem),
             cancel=cancel,
             **({} if question.is_effort else OF_ROLLOUTS | {"first": first.number}),
         )
@@ -132,6 +132,12 @@ def draw_chunk(question: Question, draws: Sequence[Draw], cancel: Cancel) -> lis
             raise Cancelled("cancelled within a trial")
         results += [_draws_of(question, found, first.problem), *(None for _ in others)]
     return results
+
+
+def _disturbance_of(question: Question, problem: Problem) -> Any:
+    """That of a problem, for a disturbance that depends on its masses."""
+    of_problem = getattr(question.disturbance, "of_problem", None)
+    return question.disturbance if of_problem is None else of_problem(problem)
 
 
 def _draws_of(question: Question, found: Any, problem: Problem) -> Draws:

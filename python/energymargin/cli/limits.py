@@ -63,7 +63,7 @@ def limits(
         probability: What is asked of the probability.
         confidence: Of each interval.
         draws: Rollouts of each value at most, 120, or as many as a probability near 0 or 1 needs;
-            of a grasp 80; more make the interval narrower.
+            more make the interval narrower.
         seed: Of the draws, which are the same for all values.
         store: A file of answers; what it has is not run again.
         output: Also the card, as .html with a picture, .md or .json.
@@ -76,7 +76,7 @@ def limits(
         raise ValueError(f"--vary is {', '.join(vary)}, expected each quantity once")
     asked: dict[str, Any] = {"vary": ranges, "seed": seed, "executor": where.executor()}
     asked |= {"probability": probability, "confidence": confidence, "timeout": where.timeout}
-    asked |= {"store": store} | ({} if draws is None else {"draws": draws})
+    asked |= {"store": store, "draws": draws}
     found: em.actions.CriticalValues | em.grasps.GraspLimits
     if hand is None:
         found = _of_problem(file, asked)

@@ -156,8 +156,12 @@ def _scene(
     """The supports, fixed, and the object."""
     scene = em.Scene()
     facts: dict[str, Any] = {}
+    names = {"object"}
     for number, path in enumerate(on):
         name = path.stem if number == 0 else f"{path.stem}-{number}"
+        while name in names:
+            name += "-"
+        names.add(name)
         scene.add_body(name, em.mesh(path, scale=scale), mass=0.0, friction=friction)
     if pose is not None:
         ways = em.resting_poses(object.shape, mass=object.mass, inertial=object.inertial)

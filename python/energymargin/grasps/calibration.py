@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from energymargin import Box, Scene, World
-from energymargin.base.checks import check_shape, one_of, positive_number
+from energymargin.base.checks import check_shape, one_of, positive_number, shown
 from energymargin.base.reprs import Record
 from energymargin.grasps.depths import clearance
 from energymargin.grasps.grasp_object import GraspObject
@@ -128,16 +128,24 @@ def recalibrate(
     from sklearn.linear_model import LogisticRegression
 
     one_of("method", method, ("platt", "isotonic"))
-    known, outcomes = np.asarray(probabilities, float), np.asarray(held, float)
+    known, outcomes = _shares("probabilities", probabilities), _shares("held", held)
     check_shape("held", outcomes, known.shape)
-    if not 0.0 < outcomes.mean() < 1.0:
-        raise ValueError("held has outcomes that are all alike, expected some held and some lost")
-    asked = known if others is None else np.asarray(others, float)
+    if set(outcomes) != {0.0, 1.0}:
+        said = "held has outcomes that are all alike, or neither 0 nor 1"
+        raise ValueError(f"{said}, expected some held and some lost")
+    asked = known if others is None else _shares("others", others)
     if method == "isotonic":
         curve = IsotonicRegression(y_min=0.0, y_max=1.0, out_of_bounds="clip")
         return np.asarray(curve.fit(known, outcomes).predict(asked))
     line = LogisticRegression().fit(_odds(known)[:, None], outcomes > 0.5)
     return np.asarray(line.predict_proba(_odds(asked)[:, None])[:, 1])
+
+
+def _shares(name: str, given: ArrayLike) -> Vector:
+    array = np.asarray(given, float)
+    if array.ndim != 1 or not ((array >= 0.0) & (array <= 1.0)).all():
+        raise ValueError(f"{name} is {shown(array)}, expected a list of numbers from 0 to 1")
+    return array
 
 
 def _odds(probabilities: Vector) -> Vector:

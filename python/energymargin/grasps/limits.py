@@ -31,7 +31,6 @@ from energymargin.grasps.scoring import trials_of
 from energymargin.grasps.trials import GraspTrials
 from energymargin.summary import Summarized
 
-DRAWS = 80
 AXES = ("x", "y", "z", "rx", "ry", "rz")
 UNITS = {
     "force": "N",
@@ -86,7 +85,7 @@ def limits(
     vary: Ranges,
     probability: float = 0.95,
     confidence: float = 0.95,
-    draws: int = DRAWS,
+    draws: int | None = None,
     tolerance: float = 0.02,
     store: str | Path | None = None,
     threads: int | None = None,
@@ -106,7 +105,7 @@ def limits(
             it is turned about one.
         probability: with which the grasp is to hold.
         confidence: of each interval.
-        draws: how many trials of each value there may be.
+        draws: how many trials of each value there may be; None: as of `em.critical_value`.
         tolerance: to which share of itself a critical value is searched.
         store: a file of answers. Grasps whose limits it has are not asked again.
         threads: None takes all cores that this process may use. Nothing depends on them.
@@ -121,11 +120,13 @@ def limits(
     trials = trials_of(grasps, hand, object, protocol, **asked)
     if not isinstance(vary, Mapping) or not vary:
         raise ValueError(f"vary is {shown(vary)}, expected ranges by name, {{'force': (1, 60)}}")
+    sizes: dict[str, Any] = {"probability": probability, "confidence": confidence, "draws": draws}
+    sizes["tolerance"] = tolerance
     for name in vary:
         one_of("vary", name, tuple(UNITS))
-        _varied(trials, grasp_of(grasps, 0), name, vary[name][1])
-    sizes = {"probability": probability, "confidence": confidence, "draws": draws}
-    sizes["tolerance"] = tolerance
+        critical_value_of(_all_hold, name, vary[name], **sizes)  # which checks them
+        for end in vary[name]:
+            _varied(trials, grasp_of(grasps, 0), name, end)
     limit, numbers = Limit(timeout, cancel), range(len(grasps))
     found: dict[int, Found | str] = {}
     with nullcontext() if store is None else _kept(store, trials, vary, sizes) as kept:
@@ -148,9 +149,11 @@ def limits(
     return GraspLimits(grasps, of_grasps, errors)
 
 
-def _kept(
-    store: str | Path, trials: GraspTrials, vary: Ranges, sizes: dict[str, float]
-) -> KeptRows:
+def _all_hold(_: float, numbers: Sequence[int]) -> NDArray[np.float64]:
+    return np.ones(len(numbers))
+
+
+def _kept(store: str | Path, trials: GraspTrials, vary: Ranges, sizes: dict[str, Any]) -> KeptRows:
     """The file of answers, open; of a grasp that failed there is none."""
 
     def read(_: Grasp, content: bytes) -> Found:

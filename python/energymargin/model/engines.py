@@ -164,10 +164,16 @@ def with_varied(problem: Problem, changes: Mapping[str, float]) -> Problem:
     """A problem whose engine has other values. Raises ValueError on what that does not vary."""
     engine = problem.scene.engine
     for name in changes:
-        if name not in engine.varies:
-            known = ", ".join(engine.varies) or "nothing"
-            raise ValueError(f"the engine {engine.name!r} does not vary {name!r}, but {known}")
+        varied_by(engine, name)
     return problem.with_engine(engine.varied(changes))
+
+
+def varied_by(engine: Engine, name: str) -> float:
+    """The value of what an engine varies. Raises ValueError on another name."""
+    if name not in engine.varies:
+        known = ", ".join(engine.varies) or "nothing"
+        raise ValueError(f"the engine {engine.name!r} does not vary {name!r}, but {known}")
+    return engine.varies[name]
 
 
 def problem(engine: Any, *, captured: Any, **question: Any) -> Problem:

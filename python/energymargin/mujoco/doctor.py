@@ -26,6 +26,7 @@ STILL = 0.02  # m/s; what is faster slides or falls, and does not creep
 STEADY = (0.9, 1.3)  # speed of a creep in the second half of the window over that in the first
 PUSHES = 1e-3  # m; a margin that is told
 SAG = 0.1  # rad or m; a position drive that is off by more does not hold its load
+HELD = 0.9  # of the load of a joint; a drive that gives less is not what holds it
 FEW = 3  # geoms that are named
 STEPS_OF_SOLREF = 2.0  # a time constant below so many steps is as stiff as none
 DIVERGES = (
@@ -82,8 +83,8 @@ def doctor(model: Any, data: Any = None, *, time: float = 1.0) -> Diagnosis:
     """
     positive_number("time", time)
     start = _start(model, data)
-    findings = [*_overlaps(model, start), *_settings(model), *_weak_drives(model, start)]
     played = _played(model, start, time)
+    findings = [*_overlaps(model, start), *_settings(model), *_weak_drives(model, start, played)]
     if played.diverged:
         findings.append(Finding("diverges", "all", f"MuJoCo warns of its state within {time:g} s"))
     for body, (away, turned) in played.moved.items():
@@ -108,8 +109,12 @@ def _name(model: Any, kind: Any, number: int) -> str:
     return mujoco.mj_id2name(model, kind, number) or f"number {number}"
 
 
-def _body(model: Any, geom: int) -> str:
-    return _name(model, mujoco.mjtObj.mjOBJ_BODY, int(model.geom_bodyid[geom]))
+def _parts(model: Any, contact: Any) -> str:
+    """Names of the bodies that touch; what is soft has no geom there."""
+    of = mujoco.mjtObj
+    bodies = [_name(model, of.mjOBJ_BODY, model.geom_bodyid[g]) for g in contact.geom if g >= 0]
+    soft = [_name(model, of.mjOBJ_FLEX, flex) for flex in contact.flex if flex >= 0]
+    return " and ".join(sorted(bodies + soft))
 
 
 def _first(names: list[str], chosen: NDArray[np.bool_]) -> str:
@@ -124,7 +129,7 @@ def _overlaps(model: Any, start: Any) -> Iterator[Finding]:
     mujoco.mj_forward(model, data)
     deepest: dict[str, float] = {}
     for contact in data.contact:
-        pair = " and ".join(sorted(_body(model, geom) for geom in contact.geom))
+        pair = _parts(model, contact)
         deepest[pair] = max(deepest.get(pair, 0.0), -float(contact.dist))
     for pair, depth in deepest.items():
         if depth > DEEP:
@@ -217,9 +222,10 @@ def _forces(model: Any) -> tuple[Vector, Vector]:
     return most, np.where(servo, -model.actuator_biasprm[:, 1], 0.0)
 
 
-def _weak_drives(model: Any, start: Any) -> Iterator[Finding]:
+def _weak_drives(model: Any, start: Any, played: Played) -> Iterator[Finding]:
     """Drives whose largest forces are below what gravity asks of their joint where it begins, and
-    servos that hold it far from where they are told."""
+    servos that hold it far from where they are told; not where something else holds the joint: its
+    end, friction, a weld, or what it lies on."""
     data = copy(start)
     data.qvel[:] = 0.0
     mujoco.mj_forward(model, data)
@@ -232,6 +238,8 @@ def _weak_drives(model: Any, start: Any) -> Iterator[Finding]:
         if model.jnt_actfrclimited[joint]:
             most = min(most, np.abs(model.jnt_actfrcrange[joint]).max())
         name = ", ".join(_name(model, mujoco.mjtObj.mjOBJ_ACTUATOR, one) for one in of.tolist())
+        if not played.gave_way[dof] and played.given[dof] < HELD * load:
+            continue
         if most < load:
             text = f"gives at most {most:.3g} N or N m, and its joint carries {load:.3g}"
             yield Finding("weak drive", name, text)
@@ -253,6 +261,10 @@ class Played(NamedTuple):
     speeds: Vector
     """Of all bodies at the end [m/s], shape (b,)."""
     diverged: bool
+    gave_way: NDArray[np.bool_]
+    """Whether each degree of freedom has moved, shape (nv,)."""
+    given: Vector
+    """What drives give at the end, likewise [N, N m]."""
 
 
 def _played(model: Any, start: Any, time: float) -> Played:
@@ -265,8 +277,13 @@ def _played(model: Any, start: Any, time: float) -> Played:
         mujoco.mj_step(model, data, max(1, round(seconds / step)))
         mujoco.mj_kinematics(model, data)
         poses.append((np.array(data.xipos), np.array(data.xquat)))
+    way, given = np.zeros(model.nv), np.abs(data.qfrc_actuator)
+    mujoco.mj_differentiatePos(model, way, 1.0, start.qpos, data.qpos)
+    slides = model.jnt_type[model.dof_jntid] == mujoco.mjtJoint.mjJNT_SLIDE
+    gave_way = np.abs(way) > np.where(slides, MOVED, TURNED)
     if warned != [data.warning[int(one)].number for one in DIVERGES]:
-        return Played({}, np.zeros(0, int), np.zeros(model.nbody), True)
+        none = np.zeros(0, int), np.zeros(model.nbody)
+        return Played({}, *none, True, np.ones_like(gave_way), given)
     ways = [np.linalg.norm(two[0] - one[0], axis=1) for one, two in pairwise(poses)]
     speeds = (ways[1] + ways[2]) / (2 * half)
     away = np.linalg.norm(poses[-1][0] - poses[0][0], axis=1)
@@ -282,7 +299,7 @@ def _played(model: Any, start: Any, time: float) -> Played:
         body = int(tree[np.argmax(away[tree])])
         name = _name(model, mujoco.mjtObj.mjOBJ_BODY, body)
         moved[name] = float(away[body]), float(turned[body])
-    return Played(moved, np.flatnonzero(creeping), speeds, False)
+    return Played(moved, np.flatnonzero(creeping), speeds, False, gave_way, given)
 
 
 def _are_free(model: Any) -> NDArray[np.bool_]:

@@ -59,7 +59,7 @@ class Boxes:
 
     def at(self, state: Floats) -> Floats:
         """Where their corners are in a state, (bodies, 8, 3)."""
-        there = scenes.body_poses(self._scene, state)
+        there = scenes.body_poses(self._scene, state) if self._boxes else {}
         placed = [
             Rotation.from_quat(there[name][1]).apply(corners) + there[name][0]
             for name, corners in self._boxes.items()

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from energymargin import Scene
+from energymargin import Problem, Scene
 from energymargin.placing.boxes import Floats, frame_of
 
 PIECE = 0.1  # s, of a knock
@@ -24,6 +24,8 @@ class Jolts:
 
     masses: Floats
     """Of the objects [kg], (k,)."""
+    mean: float
+    """Of those, as they are believed most [kg]."""
     frame: Floats
     """Two horizontal axes and the one that is up, (3, 3)."""
     gravity: float
@@ -38,9 +40,12 @@ class Jolts:
     @staticmethod
     def of(scene: Scene, *, knock: float, shake: float, tilt: float) -> Jolts:
         """Those of a scene's objects."""
-        masses = np.array([body.mass for body in scene.bodies if body.role == "object"])
-        gravity = float(np.linalg.norm(scene.gravity))
-        return Jolts(masses, frame_of(scene), gravity, knock, shake, tilt)
+        masses, gravity = _masses(scene), float(np.linalg.norm(scene.gravity))
+        return Jolts(masses, float(masses.mean()), frame_of(scene), gravity, knock, shake, tilt)
+
+    def of_problem(self, problem: Problem) -> Jolts:
+        """The same in a problem whose objects have other masses: what is heavy feels more."""
+        return replace(self, masses=_masses(problem.scene))
 
     def __call__(self, random: np.random.Generator, times: Floats) -> Floats:
         """Forces [N] and torques [N m] at these times (steps,), shape (steps, 6 k)."""
@@ -56,6 +61,13 @@ class Jolts:
         along = np.cos(angle) * one + np.sin(angle) * other
         wave = self.shake * random.random() * np.sin(2 * np.pi * (rate * times + phase))
         wrenches = np.zeros((len(times), count, 6))
-        wrenches[:, :, :3] = self.masses.mean() * knocks[(times / PIECE).astype(int)]
+        wrenches[:, :, :3] = self.mean * knocks[(times / PIECE).astype(int)]
         wrenches[:, :, :3] += self.masses[:, None] * (change + wave[:, None] * along)[:, None]
         return wrenches.reshape(len(times), -1)
+
+
+def _masses(scene: Scene) -> Floats:
+    """Of the objects [kg], (k,), as the scene's engine has them."""
+    objects = [body for body in scene.bodies if body.role == "object"]
+    varied = getattr(scene.engine, "varies", {})
+    return np.array([varied.get(f"mass.{body.name}", body.mass) for body in objects])

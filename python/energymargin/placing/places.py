@@ -189,8 +189,8 @@ def placements(
         asked = named(poses)
     place = checks.positive_number("radius", radius), checks.positive_number("angle", angle)
     carrier, letting = carrier_of(scene, plan), None
+    _check_hand(hand, plan, grasp, uncertainty)
     if hand is not None:
-        _check_hand(plan, grasp, uncertainty)
         letting = Release(scene, body, hand, grasp, release)  # type: ignore[arg-type]
     during = checks.positive_number("horizon", horizon) if plan is None else plan.duration
     lift = checks.not_negative_number("height", height) * up_of(scene)
@@ -251,9 +251,16 @@ def _pushes(scene: Scene, body: str, starts: Mapping[str, Floats], limit: Limit)
 
 
 def _check_hand(
-    plan: Plan | None, grasp: ArrayLike | None, uncertainty: Uncertainty | None
+    hand: Hand | str | None,
+    plan: Plan | None,
+    grasp: ArrayLike | None,
+    uncertainty: Uncertainty | None,
 ) -> None:
-    """Raises ValueError on what does not go with a hand."""
+    """Raises ValueError on what does not go with a hand, or without one."""
+    if hand is None:
+        if grasp is not None:
+            raise ValueError("grasp is given, and no hand has it: expected one, as hand='panda'")
+        return
     if grasp is None:
         raise ValueError("grasp is None, expected where the hand holds the body, (4, 4)")
     if plan is not None:

@@ -31,6 +31,7 @@ MOST = 2.0**8  # times the work of statics; a push that takes more is none
 FALLEN = np.radians(30.0)  # of a tilt
 SUNK = 0.1  # of the height of a body
 LONGEST = 3.0  # s, after a push
+LOCKED = 1e-9  # of a kick's speeds along axes that are locked; more is none
 
 
 @dataclass(frozen=True)
@@ -76,6 +77,8 @@ class Pushes:
         for name in self.names:
             self._state[scene.slice(name)][7:] = 0.0
         self._plane = frame_of(scene)[:2]
+        axes = {b.name: (*b.linear_factor, *b.angular_factor) for b in scene.bodies}
+        self._free = {name: np.array(axes[name]) > 0 for name in self.names}
         self._corners = Boxes(scene, self._names).at(self._state)
         self._there = scene.unpack(self._state)
         self._points: dict[str, list[Floats]] = {name: [] for name in self._names}
@@ -106,7 +109,8 @@ class Pushes:
         height = np.ptp(self._corners[self._names.index(body)] @ self._up) or np.inf
         rate = float(np.sqrt(np.linalg.norm(self._scene.gravity) / height))  # of a fall [1/s]
         most = 1.0 + max(LOSS, 2.0 * rate * self._scene.step)
-        for kick in sorted(self._kicks(body), key=lambda kick: kick.work):
+        kicks = filter(self._is_free, self._kicks(body))
+        for kick in sorted(kicks, key=lambda kick: kick.work):
             energy = self._effort(body, kick, best.effort)
             if energy < best.effort:
                 fallen = self.fallen(kick, energy)
@@ -159,9 +163,13 @@ class Pushes:
         state = self._state.copy()
         for name in kick.bodies:
             own = state[self._scene.slice(name)]
-            own[7:10] = speed * (kick.shift + np.cross(kick.turn, own[:3] - kick.pivot))
-            own[10:13] = speed * kick.turn
+            own[7:] = speed * self._free[name] * _twist(kick, own[:3])
         return state
+
+    def _is_free(self, kick: Kick) -> bool:
+        """Whether no locked axis of a body is in the way."""
+        twists = {name: _twist(kick, self._there[name]["position"]) for name in kick.bodies}
+        return all(np.abs(twist * ~self._free[n]).max() < LOCKED for n, twist in twists.items())
 
     def _kicks(self, body: str) -> Iterator[Kick]:
         if not self._points[body]:
@@ -219,6 +227,11 @@ class Pushes:
         normals = normals[np.argsort(np.arctan2(normals[:, 1], normals[:, 0]))]
         chosen = np.arange(AROUND) * len(normals) // AROUND
         return (normals[chosen] if len(normals) > AROUND else normals) @ self._plane
+
+
+def _twist(kick: Kick, position: Floats) -> Floats:
+    """Velocity and angular velocity of a body by a kick at unit speed, (6,)."""
+    return np.concatenate([kick.shift + np.cross(kick.turn, position - kick.pivot), kick.turn])
 
 
 def _hull(points: Floats) -> Any:

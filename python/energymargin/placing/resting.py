@@ -20,7 +20,16 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from energymargin import Cancel, Inertial, mass_properties, scenes
+from energymargin import (
+    Cancel,
+    Capsule,
+    Compound,
+    Cylinder,
+    Inertial,
+    Sphere,
+    mass_properties,
+    scenes,
+)
 from energymargin.base import checks
 from energymargin.base.limits import Limit
 from energymargin.base.reprs import Record
@@ -34,6 +43,7 @@ FLAT = 1e-9  # 1 - cosine of the angle between faces that are one
 EDGE = 1e-9  # of the body's reach; so far outside of a face its foot still counts as within
 ALIKE = 1e-6  # of the reach; passes of such heights are taken alike often
 ROLLED = np.radians(30.0)
+FACETS = np.cos(np.radians(8.0))  # of a round side, which has 48 in a turn
 BREATH = 0.1  # of the rise below which a body comes to rest nowhere; below this it does not stand
 
 
@@ -153,7 +163,9 @@ def resting_poses(
         raise ValueError(f"on is {checks.shown(on)}, expected a normal that points up")
     slope = float(np.arctan2(np.hypot(up[0], up[1]), up[2]))
     center = np.array((inertial or properties).center)
-    faces = Faces(np.concatenate(scenes.shape_parts(shape)) - center)
+    parts = [part.shape for part in shape.parts] if isinstance(shape, Compound) else [shape]
+    is_round = any(isinstance(part, Sphere | Cylinder | Capsule) for part in parts)
+    faces = Faces(np.concatenate(scenes.shape_parts(shape)) - center, is_round)
     basins = faces.basins(merge, slope) if mu >= np.tan(slope) else []
     dropping = Drops(*(shape, mass, mu, inertial, slope, fall, seed, faces.normals, faces.reach))
     ends: dict[int, int] = {}
@@ -199,8 +211,10 @@ class Basin:
 class Faces:
     """The faces of a hull about the centre of mass."""
 
-    def __init__(self, points: Floats) -> None:
-        """`points` (N, 3) from the centre. Raises ValueError if they are flat."""
+    def __init__(self, points: Floats, is_round: bool) -> None:
+        """`points` (N, 3) from the centre; `is_round`: faces that hardly lean stand for a round
+        side. Raises ValueError if they are flat."""
+        self._is_round = is_round
         size = float(np.linalg.norm(points, axis=1).max())
         points = np.unique(np.round(points / size, 9), axis=0) * size  # poles are one point each
         try:
@@ -286,15 +300,21 @@ class Faces:
         return [*found.values()]
 
     def _staying(self, basins: list[Basin], slope: float) -> list[Basin]:
-        """Those that stay on a slope; from the others the body goes on over the lowest edges."""
-        stays = [self.largest_tilt(one) >= slope for one in basins]
-        ways = [next(iter(works), k) for k, works in enumerate(self.works(basins))]
-        for k in np.flatnonzero(~np.array(stays)):
-            end = ways[k]
-            for _ in basins:
-                end = end if stays[end] else ways[end]
-            basins[end].share += basins[k].share
-        return [one for one, stay in zip(basins, stays, strict=True) if stay]
+        """Those that stay on a slope. From the others the body goes on over the lowest edges, to
+        all alike; what rolls is gone."""
+        ways = np.zeros((len(basins), len(basins)))
+        for k, (one, works) in enumerate(zip(basins, self.works(basins), strict=True)):
+            tilt, end = self._way_out(one)
+            if tilt >= slope:
+                ways[k, k] = 1.0
+            elif end not in one.faces:
+                least = min(works.values()) + ALIKE * self.reach
+                ends = [other for other, rise in works.items() if rise <= least]
+                ways[k, ends] = 1.0 / len(ends)
+        shares = [one.share for one in basins] @ np.linalg.matrix_power(ways, len(basins))
+        for one, share in zip(basins, shares.tolist(), strict=True):
+            one.share = share
+        return [one for k, one in enumerate(basins) if ways[k, k] == 1.0]
 
     def works(self, basins: list[Basin]) -> list[dict[int, float]]:
         """By pose, the rise [m] on the way straight to each other one."""
@@ -309,9 +329,15 @@ class Faces:
         return [dict(sorted(one.items(), key=lambda item: item[1])) for one in found]
 
     def largest_tilt(self, basin: Basin) -> float:
-        """Slope up to which it stays [rad]: the steepest that is needed on the way from face to
-        face to another pose, or to a turn by ROLLED."""
+        """Slope up to which it stays [rad]."""
+        return self._way_out(basin)[0]
+
+    def _way_out(self, basin: Basin) -> tuple[float, int]:
+        """The steepest slope that is needed on the way from face to face to another pose, or to a
+        turn by ROLLED [rad], and the face there."""
         tilts = np.arctan2(self.inside, self.heights[self.one])
+        if self._is_round:
+            tilts[_dots(self.normals[self.one], self.normals[self.other]) > FACETS] = 0.0
         own = np.zeros(len(self.normals), bool)
         own[basin.faces] = True
         own &= self.normals @ self.normals[basin.lowest] > np.cos(ROLLED)
@@ -322,12 +348,12 @@ class Faces:
             tilt, edge = heappop(left)
             face, steepest = int(self.other[edge]), max(steepest, tilt)
             if not own[face]:
-                return steepest
+                return steepest, face
             if face not in reached:
                 reached.add(face)
                 for e in self._of_face[face]:
                     heappush(left, (float(tilts[e]), int(e)))
-        return np.pi / 2
+        return np.pi / 2, basin.lowest
 
     def pose(self, face: int, center: Floats) -> Floats:
         """Of the shape's frame, (4, 4), when it lies on a face."""

@@ -62,6 +62,7 @@ class Room:
             checks.one_of("on", name, self._others)
             if isinstance(self._shapes[name], Plane):
                 raise ValueError(f"on is {name!r}, a plane without an end: give poses, or a box")
+        checks.numbers_of("yaws", yaws, "turns in rad", (len(yaws),))
         if len(yaws) == 0:
             raise ValueError("yaws is empty, expected one turn at least, such as 0")
         found: list[tuple[float, str, Floats]] = []
@@ -148,9 +149,11 @@ def points_in(top: Floats, frame: Floats, spacing: float) -> list[tuple[float, F
 def named(poses: Mapping[str, ArrayLike] | ArrayLike) -> dict[str, Floats]:
     """Poses (4, 4) by name. Raises ValueError on what is none."""
     given: Any = poses
-    items = given.items() if isinstance(given, Mapping) else enumerate(given)
+    items = list(given.items() if isinstance(given, Mapping) else enumerate(given))
     expected = "poses (4, 4), a dict of them by name, or (n, 4, 4)"
     found = {str(name): checks.numbers_of("poses", pose, expected, (4, 4)) for name, pose in items}
+    if len(found) < len(items):
+        raise ValueError(f"poses has names {list(given)}, expected different ones as texts")
     for name, pose in found.items():
         turn = pose[:3, :3]
         skew = np.abs(turn @ turn.T - np.eye(3)).max() + np.abs(pose[3] - [0, 0, 0, 1]).max()

@@ -168,6 +168,8 @@ class _Settling:
         self._names = movable(scene)
         self._boxes, self._still, self._tolerance = Boxes(scene, self._names), still, tolerance
         self._bottom = lowest(scene, start)
+        moving = [body.name for body in scene.bodies if body.kinematic]  # as a lift, which descends
+        self._carriers = Boxes(scene, moving)
         self._first = self._anchor = self._boxes.at(start)
         self._looks = deque([self._first], maxlen=LOOKS + 1)
         self._up = up_of(scene)
@@ -219,7 +221,8 @@ class _Settling:
         self._since[gone] = now
         first = np.isinf(self._moved_at) & (farthest(corners, self._first) > self._tolerance)
         self._moved_at[first] = now
-        self._out |= (corners @ self._up).max(axis=1, initial=-np.inf) < self._bottom
+        bottom = (self._carriers.at(state) @ self._up).min(initial=self._bottom)
+        self._out |= (corners @ self._up).max(axis=1, initial=-np.inf) < bottom
 
     def result(self, during: float, limit: Limit) -> Settled:
         if self.steps == 0:

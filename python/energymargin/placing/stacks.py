@@ -105,7 +105,7 @@ def stack_robustness(
     Args:
         scene: the bodies. Those with the role "object" are asked about.
         state: at rest, as of `em.settle`, shape (n,); None: as the scene has it.
-        bodies: those that are pushed, by name; None: all objects.
+        bodies: those that are pushed, by name; None: all objects that hang on no joint.
         support: "tilt", "acceleration", or both: how much of it, in the worst of eight directions
             and of those across the edges on which objects stand, until an object leaves its place.
             () asks for neither.
@@ -143,14 +143,16 @@ def stack_robustness(
     pushing = Pushes(scene, start, limit)
     given = checks.names_of("bodies", bodies or ())
     asked = [checks.one_of("bodies", body, pushing.names) for body in given]
-    asked = objects if bodies is None else asked
+    free = [body for body in objects if body in pushing.names]
+    asked = free if bodies is None else asked
     place = checks.positive_number("radius", radius), checks.positive_number("angle", angle)
     checks.not_negative_number("knock", knock)
     checks.positive_number("horizon", horizon)
+    checks.open_share("probability", probability)
     options: dict[str, Any] = {"probability": probability, "seed": checks.seed_number(seed)}
     options |= {"threads": threads, "executor": executor}
     _check_rest(scene, start, limit)
-    ways = np.concatenate([pushing.ways(body) for body in objects if body in pushing.names])
+    ways = np.concatenate([np.zeros((0, 3)), *map(pushing.ways, free)])
     asking = _Support(scene, start, ways, horizon, place, knock, options, limit)
     carrier, done = carrier_of(scene, plan), list[Any]()
     questions: list[Callable[[], Any]] = [partial(pushing.least, body) for body in asked]
@@ -264,6 +266,7 @@ def staying(
     bodies = [body for body in meant[0].bodies if body.role == "object"]
     gravity = float(np.linalg.norm(meant[0].gravity))
     weight = gravity * float(np.mean([body.mass for body in bodies]))
+    free = np.min([body.linear_factor for body in bodies], axis=0) > 0  # axes that none has locked
     captured = {
         one.name: place_of(*meant, one, *place, above=above.get(one.name, 0.0), carrier=carrier)
         for one in bodies
@@ -272,7 +275,7 @@ def staying(
         scene,
         state,
         captured=captured,
-        force=(weight,) * 3,
+        force=np.where(free, weight, 0.0),
         torque=(0.0,) * 3,
         duration=hold,
         horizon=horizon,

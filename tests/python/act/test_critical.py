@@ -486,6 +486,18 @@ def test_a_quantity_that_a_problem_does_not_have_is_named(name, match):
         em.critical_values(on_slope(), {name: (0.1, 1.0)})
 
 
+def test_a_link_has_no_place_of_its_own():
+    scene = em.Scene()
+    scene.add_body("post", em.Box((0.1, 0.1, 0.1)), mass=0.0)
+    scene.add_body("door", em.Box((0.1, 0.02, 0.1)), mass=1.0, role="object")
+    scene.add_joint("hinge", parent="post", child="door", origin=(0.1, 0, 0))
+    inside = em.regions.Ball("door", (0.1, 0, 0), 0.1)
+    none = {"force": (0, 0, 0), "torque": (0, 0, 0), "duration": 0.1, "horizon": 0.1}
+    problem = em.Problem(scene, scene.pack(), captured=inside, **none)
+    with pytest.raises(ValueError, match=r"vary is 'x\.door', along which that body does not move"):
+        em.critical_values(problem, {"x.door": (-0.1, 0.1)})
+
+
 def test_the_command_prints_a_table_and_writes_a_card(tmp_path):
     file, card = tmp_path / "block.json", tmp_path / "card.json"
     on_slope(0.6, push=0.5).save(str(file))

@@ -67,5 +67,12 @@ def test_probabilities_that_are_too_sure_are_made_milder(method):
 def test_outcomes_that_teach_nothing_are_named():
     with pytest.raises(ValueError, match="held has outcomes that are all alike"):
         recalibrate([0.2, 0.8], [1, 1])
+    with pytest.raises(ValueError, match="or neither 0 nor 1"):
+        recalibrate([0.2, 0.8], [0.2, 0.7])
+    for wrong in ([20, 80], [0.2, np.nan], [[0.2, 0.8]]):  # percents, for one
+        with pytest.raises(ValueError, match="expected a list of numbers from 0 to 1"):
+            recalibrate(wrong, [0, 1])
+        with pytest.raises(ValueError, match=r"others is .*expected a list of numbers from 0 to 1"):
+            recalibrate([0.2, 0.8], [0, 1], wrong)
     with pytest.raises(ValueError, match="method is 'line', expected 'platt'"):
         recalibrate([0.2, 0.8], [0, 1], method="line")

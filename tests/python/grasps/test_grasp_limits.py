@@ -46,6 +46,14 @@ def test_a_pad_that_is_beside_the_block_holds_nothing():
     assert one.unit == "m"
 
 
+def test_an_error_to_both_sides_has_both_its_limits_without_more_draws():
+    """The open hand is in the block beyond half of what it is wider, give or take a millimetre."""
+    found = grip(vary={"x": (-0.06, 0.06)})
+    one, free = found.limits["x"][0], (0.08 - WIDTH) / 2
+    assert [side for *_, side in one.crossings] == ["above", "below"]
+    assert [value for value, *_ in one.crossings] == pytest.approx([-free, free], abs=0.0015)
+
+
 def test_a_grasp_without_a_limit_says_so_and_the_others_have_theirs(tmp_path):
     found = grip(vary={"force": (0.5, 20.0)}, count=2, threads=2)
     one, other = found.limits["force"]
@@ -86,12 +94,22 @@ def test_a_cancel_keeps_the_grasps_that_are_done():
     [
         ({}, "vary is {}, expected ranges by name"),
         ({"colour": (0, 1)}, "vary is 'colour', expected 'force'"),
-        ({"force": (-1.0, -0.5)}, "force is -0.5"),
+        ({"force": (-1.0, -0.5)}, "force is -1"),
+        ({"mass": (0.0, 1.0)}, "mass is 0"),
+        ({"force": (20.0, 1.0)}, r"range is \(20\.0, 1\.0\), expected \(low, high\)"),
+        ({"force": 5.0}, "range is 5"),
     ],
 )
 def test_what_cannot_be_varied_is_named(vary, match):
     with pytest.raises(ValueError, match=match):
         grip(vary=vary)
+
+
+@pytest.mark.parametrize("wrong", [{"probability": 1}, {"draws": 5}, {"tolerance": 0}])
+def test_what_no_grasp_can_be_asked_is_refused(wrong):
+    """It is no error of each grasp."""
+    with pytest.raises(ValueError, match=f"{next(iter(wrong))} is {next(iter(wrong.values()))}"):
+        grip(vary={"force": (0.5, 20.0)}, **wrong)
 
 
 def test_the_command_tells_what_each_grasp_of_a_file_takes(tmp_path):

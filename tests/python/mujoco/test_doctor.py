@@ -80,6 +80,12 @@ MOTOR = '<actuator><motor name="motor" joint="elbow" ctrllimited="true" {more}/>
 DOUBLE = """<actuator><motor joint="elbow" ctrlrange="-6 6"/><motor joint="elbow" ctrlrange="-6 6"/>
 </actuator><keyframe><key qpos="0" ctrl="-2.4525 -2.4525"/></keyframe>"""
 OVERRIDE = '<option o_margin=".02" o_solref=".02 1"><flag override="enable"/></option>'
+WEAK = (
+    '<actuator><motor name="motor" joint="{joint}" ctrllimited="true" ctrlrange="-1 1"/></actuator>'
+)
+PLATE = """<body name="plate" pos="0 0 .0499"><joint name="lift" type="slide" axis="0 0 1" {more}/>
+<geom type="box" size=".05 .05 .05" mass="5"/></body>"""
+OTHER_ARM = ARM.replace('"arm" pos="0 0 1"', '"other" pos="0 1 1"').replace("elbow", "other")
 KINDS = {
     "a pair's solref": ("solref", scene(standing(), rest=PAIR.format(more='solref=".001 1"'))),
     "a direct solref": ("solref", scene(standing(more='solref="-4e6 -10" priority="1"'))),
@@ -110,6 +116,20 @@ QUIET = {
     "a margin of half a millimetre": scene(standing(more='margin=".0005"')),
     "a gap": scene(standing(more='gap=".01"')),
     "a crate on a slope with elliptic cones": scene(RAMP, option='cone="elliptic" impratio="100"'),
+    "a plate at the end of its joint": scene(
+        PLATE.format(more='limited="true" range="0 .5"'), rest=WEAK.format(joint="lift")
+    ),
+    "a plate on the floor": scene(
+        FLOOR.format(more="") + PLATE.format(more=""), rest=WEAK.format(joint="lift")
+    ),
+    "an arm that a weld holds": scene(
+        ARM, rest='<equality><weld body1="arm"/></equality>' + WEAK.format(joint="elbow")
+    ),
+    "two arms that balance each other": scene(
+        ARM + OTHER_ARM,
+        rest='<equality><joint joint1="other" joint2="elbow" polycoef="0 -1 0 0 0"/></equality>'
+        + SERVO.format(more='kp="1e3" kv="50" forcerange="-2 2"'),
+    ),
     "what floats": scene(BALL, option='gravity="0 0 0"'),
 }
 
@@ -150,6 +170,15 @@ def test_the_creep_of_a_grip_has_its_speed_and_what_stops_it():
     (one,) = em.mujoco.doctor(FAULTS["creep"]).findings
     assert one.where == "can" and "pyramidal cones, impratio 1" in one.text
     assert "with elliptic cones and impratio 10" in one.text
+
+
+def test_a_cloth_in_a_post_is_named():
+    """MuJoCo has no geom where something soft touches."""
+    cloth = """<flexcomp name="cloth" type="grid" dim="2" count="3 3 1" spacing=".05 .05 .05"
+    mass=".1" radius=".005" pos="0 0 .1"/><body name="last" pos="3 0 5"><geom size=".01"/></body>"""
+    post = '<body name="post" pos="0 0 .05"><geom type="box" size=".05 .05 .05"/></body>'
+    found = em.mujoco.doctor(scene(post + cloth))
+    assert [one.where for one in found.findings if one.kind == "overlap"] == ["cloth and post"]
 
 
 def test_the_command_lists_what_is_wrong_and_ends_with_1(tmp_path):

@@ -366,6 +366,17 @@ def test_how_much_it_can_take_is_asked_in_mujoco_and_what_cannot_be_varied_there
     assert found[0].side == "below" and "engine mujoco" in found.question
     with pytest.raises(ValueError, match=r"vary is 'colour\.BODY'"):
         em.critical_values(slides(), {"colour.cup": (0.05, 1.0)}, draws=80)
+    for name in ("friction.cup,world", "friction.table", "force.way"):  # which the scene may have
+        with pytest.raises(ValueError, match=f"'mujoco' does not vary '{name}', but friction"):
+            em.critical_values(slides(), {name: (0.05, 1.0)})
+
+
+def test_an_object_that_no_joint_moves_is_refused():
+    """No push moves it, so it would be held for sure."""
+    xml = '<mujoco><worldbody><body name="cup" {}><geom size=".1"/></body></worldbody></mujoco>'
+    for text in (xml.format(""), xml.format('mocap="true"')):
+        with pytest.raises(ValueError, match="objects has 'cup', which no joint lets move"):
+            em.mujoco.Engine(model_of(text), objects="cup")
 
 
 def test_friction_and_mass_are_varied_in_mujoco_and_the_rest_stays():

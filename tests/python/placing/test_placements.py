@@ -5,6 +5,7 @@ import csv
 import numpy as np
 import pytest
 from command_line import run_here
+from scipy import stats
 from scipy.spatial.transform import Rotation
 
 import energymargin as em
@@ -115,6 +116,18 @@ def test_a_support_that_is_shaken_or_leans_takes_more_than_one_at_rest():
     assert stays(shake=8.0) < 1.0
 
 
+@pytest.mark.parametrize("given", [{"tilt": 1.2}, {"shake": 12.0}])
+@pytest.mark.parametrize("mass", [0.1, 0.9])
+def test_a_slope_and_a_shake_act_by_the_mass_of_each_draw(given, mass):
+    """What slides or topples on a support that moves does so whatever its mass."""
+    asked = board_and_cup(), "cup", [at(0, 0)]
+    given |= {"knock": 0.0, "height": 0.0, "rollouts": 40, "pushed": 0}
+    known = em.beliefs.Uncertainty(mass={"cup": stats.uniform(0.999 * mass, 0.002 * mass)})
+    (one,) = em.placements(*asked, **given)
+    (other,) = em.placements(*asked, **given, uncertainty=known)
+    assert 0.2 < one.score < 0.95 and other.score == pytest.approx(one.score, abs=0.03)
+
+
 def test_the_same_seed_gives_the_same_table_on_any_threads():
     asked = board_and_cup(), "cup", {"a": at(0.247, 0), "b": at(0.243, 0)}
     one, two = (em.placements(*asked, rollouts=20, threads=n, seed=7) for n in (1, 2))
@@ -152,6 +165,9 @@ def test_a_limit_keeps_the_draws_that_are_done():
         ({"poses": [np.diag([-1, 1, 1, 1])]}, r"poses\['0'\] is .*expected a rotation and a place"),
         ({"on": "board"}, "on is 'board', expected a list of names"),
         ({"on": ["board"], "yaws": ()}, "yaws is empty"),
+        ({"on": ["board"], "yaws": [np.nan]}, "yaws is .*nan.*, expected turns"),
+        ({"poses": {1: at(0, 0), "1": at(0.1, 0)}}, "poses has names .*expected different ones"),
+        ({"on": ["board"], "grasp": np.eye(4)}, "grasp is given, and no hand has it"),
         ({"on": ["board"], "spacing": 1e-9}, "spacing is 1e-09, expected a larger one"),
         ({"poses": [at(0, 0)], "knock": -1}, "knock is -1"),
     ],
@@ -177,6 +193,11 @@ def test_the_command_ranks_poses_of_a_table_and_a_grid(tmp_path):
     grid = ["--spacing", 0.2, "--pose", 0, "-o", "out.png"]
     done = run_here("placements", *mesh, *grid, cwd=tmp_path)
     assert done.returncode == 0 and (tmp_path / "out.png").stat().st_size > 5000, done.stderr
+    (tmp_path / "board.obj").rename(tmp_path / "object.obj")  # the name of what is set down
+    few = ["--on", "object.obj", *mesh[:4], "--rollouts", 2, "--spacing", 0.2, "--pushed", 0]
+    done = run_here("placements", *few, cwd=tmp_path)
+    assert done.returncode == 0 and "object-.0 (" in done.stdout, done.stderr
+    (tmp_path / "object.obj").rename(tmp_path / "board.obj")
     done = run_here("placements", *mesh, "--pose", 9, cwd=tmp_path)
     assert done.returncode == 2 and "--pose is 9" in done.stderr
 

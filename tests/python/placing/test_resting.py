@@ -91,6 +91,29 @@ def test_all_directions_end_somewhere_on_a_slope_too(degrees):
     assert all(one.largest_tilt >= turn for one in found)
 
 
+@pytest.mark.parametrize(
+    ("shape", "stand"),
+    [(em.Sphere(0.05), 0), (em.Capsule(0.03, 0.1), 0), (em.Cylinder(0.03, 0.1), 2)],
+    ids=["ball", "capsule", "can"],
+)
+def test_what_is_round_rolls_away_on_any_slope(shape, stand):
+    turn = np.deg2rad(1.0)
+    level = em.resting_poses(shape)
+    leaning = em.resting_poses(shape, on=(np.sin(turn), 0, np.cos(turn)))
+    assert level[0].largest_tilt == 0.0 and len(level) == stand + 1
+    assert [one.probability for one in leaning] == pytest.approx(
+        [one.probability for one in level[1:]]
+    )
+
+
+def test_what_topples_on_a_slope_goes_to_all_sides_alike():
+    turn = np.deg2rad(25.0)
+    found = em.resting_poses(
+        em.Box((0.1, 0.1, 0.3)), on=(np.sin(turn), 0, np.cos(turn)), friction=0.9
+    )
+    assert [one.probability for one in found] == pytest.approx([0.25] * 4)
+
+
 def test_a_pose_is_at_rest_and_on_the_plane():
     shape = em.Compound(
         [em.Part(em.Box((0.1, 0.06, 0.04))), em.Part(em.Box((0.03, 0.03, 0.08)), (0.03, 0, 0.06))]

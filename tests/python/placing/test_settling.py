@@ -130,6 +130,18 @@ def test_what_falls_out_and_what_never_rests_are_told():
     assert em.settle(scene, time=1.0)["roll"].verdict == "never at rest"
 
 
+@pytest.mark.parametrize("speed", [0.5, -0.5])
+def test_what_a_lift_carries_does_not_fall_out(speed):
+    scene = em.Scene()
+    lift = {"mass": 1.0, "kinematic": True, "velocity": (0, 0, speed), "position": (0, 0, 1)}
+    scene.add_body("lift", em.Box((0.3, 0.3, 0.02)), **lift)
+    at = {"position": (0, 0, 1.06), "velocity": (0, 0, speed)}
+    scene.add_body("cup", em.Box((0.1, 0.1, 0.1)), mass=1.0, **at)
+    found = em.settle(scene, time=1.0)
+    assert found["cup"].verdict == "never at rest" and found["cup"].on == ("lift",)
+    assert found["cup"].dropped == pytest.approx(-speed, abs=1e-3)
+
+
 def test_a_body_without_a_shape_counts_as_a_point():
     scene = em.Scene()
     scene.add_plane("floor")

@@ -90,6 +90,34 @@ def test_knocks_lower_what_the_support_may_do():
     assert knocked.high < quiet.low
 
 
+def test_a_box_that_moves_in_a_plane_topples_in_it():
+    """Its depth is less than its width, but no push turns it that way."""
+    scene = em.Scene()
+    scene.add_plane("floor", friction=1.0)
+    in_plane = {"linear_factor": (1, 0, 1), "angular_factor": (0, 1, 0), "friction": 0.8}
+    size, at = (0.1, 0.04, 0.2), (0, 0, 0.1)
+    scene.add_body("box", em.Box(size), mass=0.4, position=at, role="object", **in_plane)
+    found = em.stack_robustness(scene)
+    expected = 0.4 * G * (np.hypot(0.05, 0.1) - 0.1)
+    assert found.weakest.effort == pytest.approx(expected, rel=0.02)
+    assert abs(found.weakest.direction[0]) == 1.0
+    assert found.tilt.value == pytest.approx(np.arctan(0.5), rel=0.02)
+
+
+def test_an_object_on_a_joint_is_not_pushed_but_has_to_stay():
+    """The base slides with it beyond its friction, less what it may slip."""
+    scene = em.Scene()
+    scene.add_plane("floor", friction=1.0)
+    base = {"mass": 1.0, "position": (0, 0, 0.05), "friction": 0.6}
+    scene.add_body("base", em.Box((0.3, 0.3, 0.1)), **base)
+    scene.add_body("door", em.Box((0.1, 0.02, 0.1)), mass=0.2, role="object")
+    at = {"origin": (0, 0, 0.05), "child_origin": (0, 0, -0.06)}
+    scene.add_joint("hinge", parent="base", child="door", held=True, **at)
+    found = em.stack_robustness(scene, support=("acceleration",), horizon=1.0)
+    assert found.complete and not found.pushes
+    assert found.acceleration.value == pytest.approx(0.6 * G + 2 * 0.02, rel=0.01)
+
+
 def test_what_cannot_be_asked_is_refused():
     scene = em.Scene()
     scene.add_plane("floor")
@@ -100,6 +128,8 @@ def test_what_cannot_be_asked_is_refused():
         em.stack_robustness(on_a_tray((0.1, 0.1, 0.1)), support=("shake",))
     with pytest.raises(ValueError, match=r"support is 'tilt', expected a list of names"):
         em.stack_robustness(on_a_tray((0.1, 0.1, 0.1)), support="tilt")
+    with pytest.raises(ValueError, match="probability is 95"):
+        em.stack_robustness(on_a_tray((0.1, 0.1, 0.1)), probability=95)
     with pytest.raises(ValueError, match="bodies is 'tray'"):
         em.stack_robustness(on_a_tray((0.1, 0.1, 0.1)), bodies=["tray"])
 
