@@ -200,7 +200,7 @@ def test_heights_are_those_of_the_scene_and_rates_those_of_the_recording(tmp_pat
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "labels.csv: No columns to parse from file; expected a CSV file"),
+        ("", "labels.csv: is empty; expected a CSV file"),
         ("recording,success\n", "has no labels"),
         ("name,success\na.csv,1\n", "line 1: the header is name,success, expected recording,succ"),
         (

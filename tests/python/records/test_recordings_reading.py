@@ -178,7 +178,7 @@ def test_a_clock_that_was_set_back_is_refused_with_its_line(path):
         (cell(4, "time", "0.05"), "line 6: time is 0.05 after 0.090909, expected it to rise"),
         (cell(4, "frame", "3"), "line 6: frame is 3 after 3, expected it to rise"),
         (lambda rows: rows[7].pop(), "line 9: has 13 cells, expected 14"),
-        (lambda rows: rows[7].append("1"), "Expected 14 fields in line 9, saw 15"),
+        (lambda rows: rows[7].append("1"), "line 9: has 15 cells, expected 14"),
         (cell(8, "object_yaw", "200"), r"line 10: object_yaw is 200 rad, .* or units others"),
         (
             cell(8, "effector_y", "350"),
