@@ -44,23 +44,21 @@ class Piece:
         return STUDIES[self.study or self.name]
 
 
-FEW = {"nodes": 50, "continuations": 50}
 PIECES = (
     Piece("tosses", 1.1, data="real"),
     Piece("grasps-b", 10, "grasps", {"parts": ("b",), "rollouts": 24}, "grasps"),
     Piece("grasps-c", 4, "grasps", {"parts": ("c",), "every": 20, "rollouts": 4}, "grasps"),
     Piece("contact", 5, changes={"seed": 1000}),
-    Piece("foresight", 28, changes={"trajectories": 25, "fresh": 0, "continuations": 6}),
-    Piece("published", 10, changes={"nodes": 100, "every": 20}, data="published"),
+    Piece("foresight", 68, changes={"fresh": 0, "continuations": 10}),
+    Piece("published", 54, data="published"),
     Piece("engines", 11),
-    Piece("act", 16, changes={"worlds": 100}),
-    Piece("policies", 11, changes={"worlds": 100, "questions": 150}),
-    Piece("grasps-a", 8, "grasps", {"parts": ("a",), "draws": 2, "grasps": 20}, "grasps"),
-    Piece("table1", 8, changes=FEW),
-    Piece("table1-bullet", 8, "table1", {**FEW, "engine": "bullet"}),
-    Piece("guard", 5, changes={"episodes": 100}),
-    Piece("table2", 8, changes={"nodes": 50}),
-    Piece("perturbation", 6, changes={"nodes": 50, "draws": 3}),
+    Piece("act", 28),
+    Piece("policies", 18),
+    Piece("grasps-a", 29, "grasps", {"parts": ("a",), "draws": 4}, "grasps"),
+    Piece("table1", 21, changes={"nodes": 100}),
+    Piece("guard", 8.5),
+    Piece("table2", 17),
+    Piece("perturbation", 20),
 )
 """By their worth for who decides: the first ones are made first."""
 
