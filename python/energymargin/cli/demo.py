@@ -67,9 +67,10 @@ def demo(
         "and two with 100 nodes in place of 30."
     )
     path = output / f"{TASK}.h5"
-    with bar(f"Generating {TASK}", "trajectories") as progress:
-        asked: Any = {"trajectories": trajectories, "frames": FRAMES, "seed": settings.seed}
-        em.datasets.generate(TASK, path=path, progress=progress, **asked).close()
+    if not _is_there(path, trajectories, settings.seed):
+        with bar(f"Generating {TASK}", "trajectories") as progress:
+            asked: Any = {"trajectories": trajectories, "frames": FRAMES, "seed": settings.seed}
+            em.datasets.generate(TASK, path=path, progress=progress, **asked).close()
     dataset = em.datasets.load(path)
     scoring = Scoring(dataset, output / f"{TASK}-scores.db", settings, executor)
     with scoring.run(scoring.metrics()) as (run, _):
@@ -109,6 +110,14 @@ def _draw(
     replace_figure(output / "scores.png", em.plots.figure_along(dataset, labelled))
     replace_figure(output / "grip.png", em.plots.figure_grasp(scores, scores.best), dpi=150)
     write_plot(output / "grips.png", em.plots.plot_grasps(scores))
+
+
+def _is_there(path: Path, trajectories: int, seed: int) -> bool:
+    """Whether a file has these pushes already."""
+    if not path.exists():
+        return False
+    with em.datasets.load(path) as found:
+        return bool(found.seed == seed and found.lengths.tolist() == [FRAMES] * trajectories)
 
 
 def score_grips(trials: int, executor: em.executors.Executor) -> em.grasps.GraspScores:
