@@ -46,9 +46,9 @@ class Piece:
 
 PIECES = (
     Piece("tosses", 1.1, data="real"),
-    Piece("grasps-b", 10, "grasps", {"parts": ("b",), "rollouts": 24}, "grasps"),
+    Piece("grasps-b", 20, "grasps", {"parts": ("b",), "rollouts": 24}, "grasps"),
     Piece("grasps-c", 4, "grasps", {"parts": ("c",), "every": 20, "rollouts": 4}, "grasps"),
-    Piece("contact", 5, changes={"seed": 1000}),
+    Piece("contact", 14, changes={"seed": 1000}),
     Piece("foresight", 68, changes={"fresh": 0, "continuations": 10}),
     Piece("published", 54, data="published"),
     Piece("engines", 11),
