@@ -39,7 +39,6 @@ OLD: set[str] = {
     "engines",
     "foresight",
     "grasps-a",
-    "grasps-b",
     "grasps-c",
     "guard",
     "perturbation",
