@@ -97,16 +97,17 @@ def generate(
     with TemporaryDirectory() as temporary:
         file = Path(temporary, "dataset.h5") if path is None else Path(path)
         with opened_parts(file, request) as parts:
-            shards = parts.missing(total)
-            workers = _executor(made, len(shards), processes, executor)
-            done = total - sum(map(len, shards))
+            missing, size = parts.missing(total), request.most
+            left = sum(map(len, missing))
+            workers = _executor(made, -(-left // size), processes, executor)
+            done = total - left
             if done and progress is not None:
                 progress(done, total)
             ask(
-                shards,
+                (gap[k : k + size] for gap in missing for k in range(0, len(gap), size)),
                 partial(generate_shard, request, made if workers is None else None),
                 parts.keep_shards,
-                most=request.most,
+                most=size,
                 total=total,
                 progress=progress and (lambda now, _: progress(done + now, total)),
                 executor=workers or Threads(1),
@@ -256,11 +257,11 @@ class Parts(AnswerFile):
                 self.add(first, block)
 
     def missing(self, total: int) -> list[range]:
-        """The trajectories of `total` that are in no shard, rising, as the shards to make."""
-        missing, begin, size = list[range](), 0, self.request.most
+        """The trajectories of `total` that are in no shard, rising: those between two shards."""
+        missing, begin = list[range](), 0
         for first, last in [*self.spans(SHARDS), (total, total)]:
-            end = min(first, total)
-            missing += [range(k, min(k + size, end)) for k in range(begin, end, size)]
+            if begin < min(first, total):
+                missing.append(range(begin, min(first, total)))
             begin = max(begin, last)
         return missing
 
