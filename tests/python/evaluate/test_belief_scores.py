@@ -180,7 +180,7 @@ def test_a_figure_shows_particles_scores_and_shares():
         "friction\nof object",
         "pose\nof object",
     ]
-    with pytest.raises(ValueError, match="score is 0.5, expected a BeliefScore"):
+    with pytest.raises(ValueError, match=r"score is 0\.5, expected a BeliefScore"):
         em.plots.figure_belief(belief, 0.5)
 
 

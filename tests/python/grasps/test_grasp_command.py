@@ -242,7 +242,10 @@ def test_at_most_so_many_grasps_are_taken_evenly_from_the_file(folder):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"--hand": "shadow"}, ("--hand is 'shadow', expected panda, robotiq_2f85, JSON",)),
+        (
+            {"--hand": "shadow"},
+            ("--hand is 'shadow', expected panda, robotiq_2f85,", "wsg_50, JSON"),
+        ),
         ({"--hand": "my.urdf"}, ("--hand is 'my.urdf'", '"path": "my.urdf", "close": {"JOINT"')),
         ({"--hand": '{"force": 3}'}, ("--hand has no 'opening'",)),
         ({"--hand": '{"opening": 0.1, "forse": 3}'}, ("--hand has 'forse'", "force")),

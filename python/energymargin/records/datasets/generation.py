@@ -113,7 +113,7 @@ def generate(
                 executor=workers or Threads(1),
                 **limit.rest(),
             )
-            count = next((first for first, *_ in parts.missing(total)), total)
+            count = next((gap.start for gap in parts.missing(total)), total)
             if count == 0:
                 limit.require("one trajectory was done")
             whole = parts.trajectories(count)
