@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import partial
+from numbers import Real
 from typing import Any, overload
 
 import numpy as np
@@ -20,6 +21,7 @@ from energymargin.base.limits import Limit
 from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
 from energymargin.evaluate.searches import algorithm
+from energymargin.model.beliefs.uncertainty import Uncertainty
 
 POINTS = 9
 
@@ -138,6 +140,9 @@ def critical_values(
         raise ValueError(f"vary is {shown(vary)}, expected ranges by name, {{'push': (0.1, 20)}}")
     limit = Limit(timeout, cancel)
     varied = {q if isinstance(q, Quantity) else quantity_of(problem, q): vary[q] for q in vary}
+    if isinstance(known := asked.get("uncertainty"), Uncertainty):
+        for one in varied:
+            _require_not_drawn(problem, one.name, known)
     searches = [(one.problem, one.name, ends, one.unit) for one, ends in varied.items()]
     found = one_after_the_other(searches, progress, limit, asked)
     first, engine = found[0], problem.scene.engine
@@ -182,6 +187,25 @@ def critical_curve(
     searches = [(partial(problem_of, value), other, asked_range, other_unit) for value in values]
     found = one_after_the_other(searches, progress, limit, asked)
     return CriticalCurve(name, unit, np.array(values), found, confidence)
+
+
+def _require_not_drawn(problem: Problem, name: str, known: Uncertainty) -> None:
+    """Raises ValueError if an uncertainty has the distribution of a quantity itself: its draws
+    would be the same at each value."""
+    kind, _, of = name.partition(".")
+    objects = [body.name for body in problem.scene.bodies if body.role == "object"]
+    drawn = (known.engine or {}).get(name)
+    if drawn is None and kind in ("friction", "mass"):
+        drawn = getattr(known, kind)
+        if not isinstance(drawn, Mapping):
+            drawn = drawn if of in objects else None
+    for part in of.split(","):
+        drawn = drawn.get(part) if isinstance(drawn, Mapping) else drawn
+    if not isinstance(drawn, Real | Mapping | None):
+        raise ValueError(
+            f"vary is {name!r}, whose distribution uncertainty gives whatever the value is, "
+            "expected a standard deviation there"
+        )
 
 
 def _margin(one: CriticalValue, nominal: float) -> float:

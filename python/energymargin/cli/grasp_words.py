@@ -169,7 +169,7 @@ def chosen_belief(text: str | None) -> em.grasps.GraspBelief | str | None:
     if text is None or text == "lab":
         return text
     given = _given("--belief", text)
-    values = {"about": given.pop("about", "grasp")}
+    values = {"about": given.pop("about", "grasp"), "relative": bool(given.pop("relative", False))}
     for name, value in given.items():
         own = {"mass" if name == "force" else name: value}
         one_of("--belief", name, ("pose", "friction", "mass", "force", "about"))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -42,6 +43,7 @@ class GraspBelief:
         friction: of the object's coefficient: a standard deviation, or a distribution.
         mass: of its mass [kg], likewise.
         force: of the grip's force [N], likewise.
+        relative: friction, mass and force are factors, about 1, of what is asked.
 
     Raises ValueError on what cannot be.
     """
@@ -51,32 +53,12 @@ class GraspBelief:
     mass: Any = None
     force: Any = None
     about: str = "grasp"
+    relative: bool = False
 
     def __post_init__(self) -> None:
         """Checks all of it."""
         one_of("about", self.about, ("grasp", "center_of_mass"))
         self._sources(1.0, 1.0, 1.0)
-
-    @classmethod
-    def lab(cls, *, friction: float, mass: float, force: float) -> GraspBelief:
-        """What a laboratory knows that has measured none of it, about nominal values.
-
-        The pose errs by 7 mm and .05 rad along and about each axis, as recorded poses of a robot's
-        grasps do (docs/results/grasps.md); friction is even between half and one and a half times
-        the nominal one, about the width of tables for one pair of materials; the mass errs by a
-        tenth, as an object that is half full, and the force of the grip by a fifth, the scatter of
-        a motor's current as a measure of torque.
-
-        friction: of the object; mass: [kg]; force: of each finger [N], or a file's share.
-        """
-        from scipy.stats import uniform
-
-        return cls(
-            pose=[0.007] * 3 + [0.05] * 3,
-            friction=uniform(friction / 2, friction),
-            mass=mass / 10,
-            force=force / 5,
-        )
 
     def __bool__(self) -> bool:
         """Whether anything is not known."""
@@ -87,7 +69,7 @@ class GraspBelief:
         """All of it, as JSON. Raises ValueError on a distribution that scipy.stats does not have by
         name."""
         given, force = self._given("pose", "friction", "mass"), self.force
-        return {
+        return ({"relative": True} if self.relative else {}) | {
             "about": self.about,
             "of": Uncertainty(**given).to_json() if given else None,
             "force": None if force is None else Uncertainty(mass=force).to_json(),
@@ -102,9 +84,11 @@ class GraspBelief:
         """
         random = np.random.default_rng([seed, number, 0])
         values = {"friction": friction, "mass": mass, "force": force}
-        for name, known in self._sources(friction, mass, force).items():
+        centers = (1.0, 1.0, 1.0) if self.relative else (friction, mass, force)
+        for name, known in self._sources(*centers).items():
             if name != "pose":
-                values[name] = _positive(name, known, random)
+                scale = values[name] if self.relative else 1.0
+                values[name] = scale * _positive(name, known, random)
         return GraspDraw(number, **values)
 
     def poses(self, number: int, seed: int) -> Iterator[NDArray[np.float64]]:
@@ -114,6 +98,11 @@ class GraspBelief:
         known = self._sources(1.0, 1.0, 1.0).get("pose")
         while True:
             yield np.zeros(6) if known is None else _value(known, random)
+
+    def fixes(self, name: str) -> bool:
+        """Whether it says what the friction, mass or force is, whatever is asked."""
+        given = getattr(self, name)
+        return given is not None and not self.relative and not isinstance(given, Real)
 
     def _given(self, *names: str) -> dict[str, Any]:
         return {name: getattr(self, name) for name in names if getattr(self, name) is not None}
@@ -127,6 +116,19 @@ class GraspBelief:
             source = source_of(quantity, "object", given, centers[name], place=name)
             found |= {name: source} if source.inputs else {}
         return found
+
+
+def lab() -> GraspBelief:
+    """What is not known of a grasp in a laboratory that has measured nothing.
+
+    The pose errs by 7 mm and .05 rad along and about each axis, about as recorded poses of GRASPA's
+    robot do. The others are chosen wide, not measured: friction is even from half of what is asked
+    to one and a half times that, the mass errs by a tenth and the force by a fifth.
+    """
+    from scipy.stats import uniform
+
+    pose = [0.007] * 3 + [0.05] * 3
+    return GraspBelief(pose, friction=uniform(0.5, 1.0), mass=0.1, force=0.2, relative=True)
 
 
 def _value(source: Source, random: np.random.Generator) -> NDArray[np.float64]:

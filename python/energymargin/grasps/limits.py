@@ -124,6 +124,11 @@ def limits(
     sizes["tolerance"] = tolerance
     for name in vary:
         one_of("vary", name, tuple(UNITS))
+        if name not in AXES and trials.belief.fixes(name):
+            raise ValueError(
+                f"vary is {name!r}, which the belief draws whatever it is, expected a standard "
+                "deviation there, or relative=True"
+            )
         critical_value_of(_all_hold, name, vary[name], **sizes)  # which checks them
         for end in vary[name]:
             _varied(trials, grasp_of(grasps, 0), name, end)

@@ -19,7 +19,7 @@ from energymargin.base.limits import Limit
 from energymargin.base.plausibility import kept_warnings, warn
 from energymargin.disturbances import Disturbance, Uniform
 from energymargin.executors import Executor, ask
-from energymargin.grasps.belief import GraspBelief
+from energymargin.grasps.belief import GraspBelief, lab
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet
 from energymargin.grasps.hands import Hand
@@ -66,8 +66,8 @@ def score(
             "robotiq_2f140" or "wsg_50".
         object: what is gripped.
         protocol: what is done with it, or a preset: "hold", "lift", "shake", "graspa" or "acronym".
-        belief: what is not known; "lab": as `GraspBelief.lab` of this hand and object; None:
-            everything is known.
+        belief: what is not known; "lab": poses to 7 mm and .05 rad, friction from half to one and
+            a half times what is said, mass to a tenth, force to a fifth; None: everything is known.
         disturbance: of em.disturbances, within the protocol's bounds; None: Uniform().
         rollouts: trials of each grasp.
         colliding: what is done with a draw that puts the hand into the object or the table: "lost"
@@ -145,8 +145,7 @@ def trials_of(
     check_type("hand", hand, Hand, "a hand of em.grasps or the name of a preset")
     if isinstance(belief, str):
         one_of("belief", belief, ("lab",))
-        known = {"friction": object.friction, "mass": object.mass, "force": hand.force}
-        belief = GraspBelief.lab(**known)
+        belief = lab()
     belief = GraspBelief() if belief is None else belief
     check_type("belief", belief, GraspBelief, "an em.grasps.GraspBelief, or 'lab'")
     one_of("colliding", colliding, COLLIDING)

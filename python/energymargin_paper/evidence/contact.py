@@ -102,6 +102,7 @@ class Contact:
     def _mug(self) -> Iterator[str]:
         grasps = self._grasps()
         if not grasps:
+            yield from ("", f"Grasps of a mug are left out: they need {contact_mug.FOLDER}.")
             return
         pairs = [(bool(g.held), bool(g.held_there)) for g in grasps if g.is_sure]
         yield from ("", "## Grasps of a mug", "")

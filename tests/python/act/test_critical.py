@@ -161,6 +161,15 @@ def test_what_is_not_known_moves_the_value_by_its_quantile():
     assert found.high - found.low <= 2 * deviation and found.monotone
 
 
+def test_a_quantity_whose_own_distribution_is_given_is_refused():
+    problem, vary = on_slope(0.5), {"friction.floor": (0.2, 0.8)}
+    about = em.beliefs.Uncertainty(friction={"floor": 0.03})
+    assert em.critical_values(problem, vary, uncertainty=about, disturbance=NOTHING).complete
+    fixed = em.beliefs.Uncertainty(friction={"floor": stats.uniform(0.2, 0.2)})
+    with pytest.raises(ValueError, match=r"vary is 'friction.floor', whose distribution"):
+        em.critical_values(problem, vary, uncertainty=fixed, disturbance=NOTHING)
+
+
 def test_any_trial_has_a_critical_value():
     """Draw j is lost above a number of its own; some draws do not count."""
 

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from command_line import invoke
+from scipy import stats
 
 import energymargin as em
 from energymargin.grasps.trials import GraspTrials
@@ -125,3 +126,13 @@ def test_the_command_tells_what_each_grasp_of_a_file_takes(tmp_path):
     told = invoke(words)
     assert told.exit_code == 0 and "above" in told.output, told.output
     assert json.loads(card.read_text())[0]["force"]["unit"] == "N"
+
+
+def test_a_belief_of_factors_goes_with_what_is_varied_and_one_of_values_is_refused():
+    vary, spread = {"friction": (0.02, 1.0)}, stats.uniform(0.5, 1.0)
+    known = em.grasps.GraspBelief(friction=spread, relative=True)
+    low, high = grip(vary=vary, belief=known, probability=0.5).limits["friction"][0].interval()
+    assert low <= MASS * G / 2 / 20.0 <= high  # the factor's median is 1
+    fixed = em.grasps.GraspBelief(friction=spread)
+    with pytest.raises(ValueError, match=r"vary is 'friction', which the belief draws .*relative"):
+        grip(vary=vary, belief=fixed)

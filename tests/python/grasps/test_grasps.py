@@ -24,6 +24,7 @@ from energymargin.grasps import (
     Protocol,
     score,
 )
+from energymargin.grasps.belief import lab
 from energymargin.grasps.presets import PRESETS, preset
 from energymargin.grasps.protocols import LIFT
 from energymargin.grasps.scores import grasp_of
@@ -645,7 +646,7 @@ def test_a_hand_that_begins_a_little_in_the_table_is_lifted_out_of_it(deep):
 
 def test_the_lab_s_belief_is_about_the_hand_and_the_object_that_are_asked():
     heavy = {"friction": 0.6, "mass": 0.9, "force": GRIPPER.force}
-    known = GraspBelief.lab(**heavy)
+    known = lab()
     draws = [known.draw(k, 0, **heavy) for k in range(400)]
     assert 0.3 <= min(one.friction for one in draws) <= max(one.friction for one in draws) <= 0.9
     assert np.std([one.mass for one in draws]) == pytest.approx(0.09, rel=0.15)
