@@ -525,7 +525,7 @@ def test_wrong_units_frames_and_openings_are_named():
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"hand": "claw"}, "hand is 'claw', expected 'panda', 'robotiq_2f85', "),
+        ({"hand": "claw"}, "hand is 'claw', expected 'panda' or 'robotiq_2f85' or "),
         ({"protocol": "jump"}, "protocol is 'jump'"),
         ({"rollouts": 0}, "rollouts is 0"),
         ({"colliding": "never"}, "colliding is 'never'"),
