@@ -19,7 +19,6 @@ TITLES = {
     "frame": "A camera's frame",
     "answer": "To an answer within 0.05",
     "error": "At equal error, beside MuJoCo",
-    "fewer": "Fewer rollouts",
     "cores": "Two threads",
     "growth": "Large trees",
     "bodies": "Many bodies",

@@ -26,7 +26,6 @@ from speed_answer import Answers, measure_answers
 from speed_bodies import Bodies, measure_bodies
 from speed_cores import Cores, Growth, measure_cores, measure_growth
 from speed_error import Errors, measure_errors
-from speed_fewer import Fewer, measure_fewer
 from speed_frame import Frames, measure_frames
 from speed_start import Start, measure_start
 from speed_tasks import Tasks, measure_tasks
@@ -38,14 +37,13 @@ PARTS: dict[str, tuple[Callable[[Settings], Any], Callable[[Any, Tell], None]]] 
     "frame": (Frames, measure_frames),
     "answer": (Answers, measure_answers),
     "error": (Errors, measure_errors),
-    "fewer": (Fewer, measure_fewer),
     "cores": (Cores, measure_cores),
     "growth": (Growth, measure_growth),
     "bodies": (Bodies, measure_bodies),
     "start": (Start, measure_start),
 }
 
-ALONE = ("error", "fewer")  # long ones, which are pages' blocks of their own
+ALONE = ("error",)  # a long one, which is a page's block of its own
 USUAL = tuple(part for part in PARTS if part not in ALONE)
 
 

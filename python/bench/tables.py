@@ -34,7 +34,7 @@ def machine(*packages: str) -> str:
 def write(out: Path | None, text: str, target: str, pages: Path | None, *pictures: Path) -> None:
     """Writes what `make TARGET` measured: into a file, and into the block of that name of a page.
 
-    A run of some parts (BENCH='--parts fewer') has a block of its own: bench-fewer.
+    A run of some parts (BENCH='--parts error') has a block of its own: bench-error.
     """
     if out is not None:
         out.parent.mkdir(parents=True, exist_ok=True)

@@ -27,6 +27,7 @@ from energymargin.act.scale import Scale
 from energymargin.base.checks import function_or_none, open_share, whole_number
 from energymargin.base.errors import DivergedError
 from energymargin.base.limits import Limit
+from energymargin.base.plausibility import Kept, kept_warnings, warn
 from energymargin.evaluate.divergence import too_many_diverged
 
 DRAWS, MOST = 120, 5000  # of a value, and where a probability near 0 or 1 needs more
@@ -69,6 +70,7 @@ class Search:
     rollouts: int = 0
     steps: int = 0
     stopped: bool = False
+    warned: set[str] = field(default_factory=set)
 
     def __post_init__(self, asked: int | None) -> None:
         """Checks it, and says how many draws may be lost where the probability is the one asked."""
@@ -79,8 +81,8 @@ class Search:
         if open_share("tolerance", self.tolerance) >= 0.5:
             said = f"tolerance is {self.tolerance:g}, expected a share of the range, such as 0.01"
             raise ValueError(said)
-        enough = np.ceil(log(self.alpha / SPARE) / log(max(self.lost, self.probability)))
-        usual = int(min(max(DRAWS, enough), MOST))
+        each = log(max(self.lost, self.probability))
+        usual = int(min(max(DRAWS, np.ceil(log(self.alpha / SPARE) / each)), MOST))
         self.draws = usual if asked is None else whole_number("draws", asked, PILOT)
         law, counts = stats.binom(self.draws, self.lost), np.arange(self.draws + 1)
         likely = counts[(law.cdf(counts) > self.alpha) & (law.sf(counts - 1) > self.alpha)]
@@ -88,6 +90,10 @@ class Search:
         # Of the draws whose critical values are the ends and the value.
         self.ranks = int(likely[0]), middle, int(likely[-1]) + 1
         self.diverged = np.zeros(self.draws, bool)
+        if self.ranks[0] == 0 or self.ranks[2] > self.draws:
+            said = "fewer than both ends of the interval need: one is that of the range. Take"
+            said = f"draws is {self.draws}, {said} {int(np.ceil(log(self.alpha) / each))} or more"
+            warn([(said, said)], said)
 
     def outcomes(self, u: float, draws: NDArray[np.int64]) -> Floats | None:
         """Those of some draws at a value; None if the limit came first."""
@@ -95,13 +101,22 @@ class Search:
         new = [j for j in draws.tolist() if j not in known]
         if new:
             self.known[u] = known
-            found = None if self.limit.reached else self.run(self.scale.value(u), new)
+            with kept_warnings() as kept:
+                found = None if self.limit.reached else self.run(self.scale.value(u), new)
+            self._warn(kept)
             self.stopped |= found is None
             if found is not None:
                 self._note(known, new, *found)
             if self.progress is not None:
                 self.progress(self.rollouts, max(self.rollouts, 4 * self.draws))
         return None if self.stopped and new else np.array([known[j] for j in draws.tolist()])
+
+    def _warn(self, kept: Kept) -> None:
+        """Of each subject once: values are many, and a warning names one."""
+        for (about, text), fingerprint in kept:
+            if about not in self.warned:
+                self.warned.add(about)
+                warn([(about, text)], fingerprint)
 
     def _note(
         self, known: dict[int, float], draws: Sequence[int], values: Floats, steps: int

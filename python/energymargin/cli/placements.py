@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 import energymargin as em
 from energymargin.base.bars import bar
+from energymargin.base.checks import whole_number
 from energymargin.cli.grasp_words import OF_OBJECT, Thing, arguments_as_options, chosen_hand
 from energymargin.cli.options import Outputs, Where, chosen_sampling, given, panel
 from energymargin.cli.places import require_complete, require_outputs, show_table
@@ -77,8 +78,8 @@ def placements(
     on_friction: float = 0.5,
     on_scale: float = 1.0,
     belief: str | None = None,
-    spacing: Annotated[float, GRID] = 0.05,
-    turns: Annotated[int, GRID] = 1,
+    spacing: Annotated[float | None, GRID] = None,
+    turns: Annotated[int | None, GRID] = None,
     pose: Annotated[int | None, GRID] = None,
     output: Outputs = None,
     overwrite: bool = False,
@@ -107,8 +108,8 @@ def placements(
         on_scale: What makes metres of the supports' lengths.
         belief: How well the object is known at its release, as JSON or a file of it: pose (3 errors
             in m, 3 in rad), friction, mass, velocity.
-        spacing: Of the grid [m].
-        turns: So many turns about the vertical, evenly.
+        spacing: Of the grid [m]; 0.05 if left out.
+        turns: So many turns about the vertical, evenly; 1 if left out.
         pose: Number of the way in which it lies, as of `em.resting_poses`, 0 the most probable;
             left out: as its file has it.
         output: Also the table as .csv or .md, or a picture: .png, .pdf, .svg. May be repeated.
@@ -119,6 +120,12 @@ def placements(
         import energymargin.placing  # noqa: F401
 
         require_outputs(output or (), overwrite=overwrite, pictures=True)
+    grid = {"spacing": spacing, "turns": turns, "pose": pose}
+    if poses is not None and (given_too := [name for name in grid if grid[name] is not None]):
+        raise ValueError(
+            f"--{given_too[0]} is {grid[given_too[0]]}, but it is of a grid, and {poses} has the "
+            "poses: leave one of them out"
+        )
     sampling, held = chosen_sampling(belief, None), release.chosen()
     with arguments_as_options(OF_OBJECT):
         object = em.grasps.GraspObject.of(None, **given(thing))
@@ -129,8 +136,8 @@ def placements(
             "object",
             None if poses is None else _poses(poses),
             on=[body.name for body in scene.bodies if body.name != "object"],
-            spacing=spacing,
-            yaws=(2 * np.pi * np.arange(turns) / turns).tolist() if turns > 0 else (),
+            spacing=0.05 if spacing is None else spacing,
+            yaws=_yaws(1 if turns is None else turns),
             uncertainty=None if sampling is None else sampling.uncertainty,
             executor=where.executor(),
             progress=progress,
@@ -140,6 +147,12 @@ def placements(
         )
     show_table(found, output or (), lambda: em.plots.plot_ranking(found.ranking))
     require_complete(found, "all draws were made")
+
+
+def _yaws(turns: int) -> list[float]:
+    """So many angles [rad]. Raises ValueError unless they are some."""
+    turns = whole_number("turns", turns, 1, 3600)
+    return [2 * np.pi * turn / turns for turn in range(turns)]
 
 
 def _poses(path: Path) -> dict[str, NDArray[np.float64]]:

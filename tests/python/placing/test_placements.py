@@ -200,6 +200,8 @@ def test_the_command_ranks_poses_of_a_table_and_a_grid(tmp_path):
     (tmp_path / "object.obj").rename(tmp_path / "board.obj")
     done = run_here("placements", *mesh, "--pose", 9, cwd=tmp_path)
     assert done.returncode == 2 and "--pose is 9" in done.stderr
+    done = run_here("placements", "poses.csv", *mesh, "--turns", 4, cwd=tmp_path)
+    assert done.returncode == 2 and "--turns is 4, but it is of a grid" in done.stderr
 
 
 def test_the_command_sets_it_down_with_a_hand(tmp_path):

@@ -85,13 +85,13 @@ def test_boxes_of_a_clump_touch_and_rest():
 def test_a_block_has_the_command_that_measured_it(tmp_path, monkeypatch):
     page = tmp_path / "docs" / "speed.md"
     page.parent.mkdir()
-    page.write_text("# Speed\n\n<!-- made: bench-fewer\ncommand: a\nversion: 0\n-->\n")
-    page.write_text(page.read_text() + "<!-- end: bench-fewer -->\n")
-    words = ["--out", "a.md", "--parts", "fewer", "--states", "4", "--pages", str(page.parent)]
+    page.write_text("# Speed\n\n<!-- made: bench-error\ncommand: a\nversion: 0\n-->\n")
+    page.write_text(page.read_text() + "<!-- end: bench-error -->\n")
+    words = ["--out", "a.md", "--parts", "error", "--states", "4", "--pages", str(page.parent)]
     monkeypatch.setattr(sys, "argv", ["speed.py", *words])
     write(None, "# Speed\n\n| push |\n", "bench", page.parent)
     (block,) = blocks(page)
-    assert block.head.command == "make bench BENCH='--parts fewer --states 4'"
+    assert block.head.command == "make bench BENCH='--parts error --states 4'"
     assert "| push |" in page.read_text() and block.head.date
 
 
@@ -119,7 +119,7 @@ def test_foresight_beside_a_frame_is_that_of_the_page():
 
 
 def test_each_table_has_its_rows_with_numbers(tmp_path):
-    parts = "tasks,frame,answer,error,fewer,cores,growth,bodies,start"
+    parts = "tasks,frame,answer,error,cores,growth,bodies,start"
     little = ("--quick", "--states", "1", "--tasks", "push", "--parts", parts)
     done = run(*little, "--out", tmp_path / "speed.md")
     assert done.returncode == 0, done.stderr
@@ -132,13 +132,12 @@ def test_each_table_has_its_rows_with_numbers(tmp_path):
     numbers = [
         [float(cell.split("/")[0]) for cell in row if cell] for row in rows if is_number(row[0])
     ]
-    of_tasks, of_frames, of_fewer = [12, 7], [5, 7], 5
+    of_tasks, of_frames = [12, 7], [5, 7]
     assert [len(row) for row in numbers] == [
         *of_tasks,
         *of_frames,
         *[5] * 4,
         *[8] * 4,
-        of_fewer,
         *[3] * 4,
         *[2] * 2,
         *[4] * 2,

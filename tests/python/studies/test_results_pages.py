@@ -32,7 +32,6 @@ OLD: set[str] = {
     "bench",
     "bench-contact",
     "bench-error",
-    "bench-fewer",
     "bench-monitor",
     "bench-scale",
     "contact",
