@@ -20,6 +20,15 @@ def movable(scene: Scene) -> list[str]:
     return [body.name for body in scene.bodies if not (body.fixed or body.kinematic)]
 
 
+def require_contacts(scene: Scene, asked: str, otherwise: str = "") -> None:
+    """Raises ValueError, which says what is asked, if the scene's engine tells no contacts."""
+    if not isinstance(scene.engine, str):
+        raise ValueError(
+            f"{asked} with the engine {scene.engine.name!r}, which tells no contacts, expected "
+            f"{otherwise}scene.with_engine('native')"
+        )
+
+
 def up_of(scene: Scene) -> Floats:
     """Unit vector against gravity, (3,). Raises ValueError without gravity."""
     gravity = np.array(scene.gravity)

@@ -22,7 +22,7 @@ from energymargin.beliefs import Uncertainty
 from energymargin.disturbances import Uniform
 from energymargin.executors import Executor
 from energymargin.grasps import Hand, Protocol
-from energymargin.placing.boxes import Floats, up_of
+from energymargin.placing.boxes import Floats, require_contacts, up_of
 from energymargin.placing.jolts import Jolts
 from energymargin.placing.pushes import Push, Pushes
 from energymargin.placing.releases import Release
@@ -173,11 +173,8 @@ def placements(
     limit = Limit(timeout, cancel)
     objects = [one.name for one in scene.bodies if one.role == "object"]
     checks.one_of("body", body, objects)
-    if checks.whole_number("pushed", pushed, 0) and not isinstance(scene.engine, str):
-        raise ValueError(
-            f"pushed is {pushed} with the engine {scene.engine.name!r}, which tells no contacts, "
-            "expected pushed=0, or scene.with_engine('native')"
-        )
+    if checks.whole_number("pushed", pushed, 0):
+        require_contacts(scene, f"pushed is {pushed}", "pushed=0, or ")
     jolts = {"knock": knock, "shake": shake, "tilt": tilt}
     for name, value in jolts.items():
         checks.not_negative_number(name, value)

@@ -14,7 +14,15 @@ from energymargin.base.checks import positive_number
 from energymargin.base.limits import Limit
 from energymargin.base.reprs import Record
 from energymargin.base.table_text import csv_text
-from energymargin.placing.boxes import Boxes, Floats, farthest, lowest, movable, up_of
+from energymargin.placing.boxes import (
+    Boxes,
+    Floats,
+    farthest,
+    lowest,
+    movable,
+    require_contacts,
+    up_of,
+)
 from energymargin.summary import Summarized
 
 LOOKS = 10  # within the time for which nothing may move
@@ -144,6 +152,7 @@ def settle(
     if time < during:
         raise ValueError(f"time is {time:g}, expected at least during, {during:g}")
     up_of(scene)
+    require_contacts(scene, "settle is asked")
     if not movable(scene):
         raise ValueError("scene has no body that can move: is its base meant to be free?")
     start = np.array(scene.pack() if state is None else state, float)

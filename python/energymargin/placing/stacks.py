@@ -31,7 +31,14 @@ from energymargin.base.reprs import Record
 from energymargin.base.table_text import csv_text
 from energymargin.disturbances import Uniform
 from energymargin.executors import Executor
-from energymargin.placing.boxes import Floats, center_of, frame_of, movable, up_of
+from energymargin.placing.boxes import (
+    Floats,
+    center_of,
+    frame_of,
+    movable,
+    require_contacts,
+    up_of,
+)
 from energymargin.placing.pushes import Push, Pushes
 from energymargin.placing.settling import settle
 from energymargin.summary import Summarized
@@ -140,6 +147,7 @@ def stack_robustness(
     for name in checks.names_of("support", support):
         checks.one_of("support", name, tuple(SUPPORT))
     start = np.array(scene.pack() if state is None else state, float)
+    require_contacts(scene, "stack_robustness is asked")
     pushing = Pushes(scene, start, limit)
     given = checks.names_of("bodies", bodies or ())
     asked = [checks.one_of("bodies", body, pushing.names) for body in given]

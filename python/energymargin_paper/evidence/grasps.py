@@ -107,12 +107,12 @@ class Grasps:
         if self.engines:
             yield "## a. Two engines\n"
             yield (
-                f"Grasps near recorded ones whose open hand is free, by a Panda's hand; protocol "
-                f"`{s.protocol}` without a table, friction {s.friction:g}; lost is what slips "
-                "by 3 cm or turns by 30 degrees in the hand. MuJoCo runs at steps of 0.5 and "
-                "0.25 ms, each with its own contacts (`impratio` 10) and with stiff ones "
-                "(`solimp` .99 .999 .0001, `impratio` 100). *Alike* is the share of the grasps "
-                "that are held or lost here, at our step or a quarter of it, as in MuJoCo where "
+                "Grasps near recorded ones whose open hand is free, by a Panda's hand of rigid "
+                f"fingers; protocol `{s.protocol}` without a table, friction {s.friction:g}; lost "
+                "is what slips by 3 cm or turns by 30 degrees in the hand. MuJoCo runs at steps "
+                "of 0.5 and 0.25 ms, each with its own contacts (`impratio` 10) and with stiff "
+                "ones (`solimp` .99 .999 .0001, `impratio` 100). *Alike* is the share of the "
+                "grasps that are held or lost here, at our step or a quarter of it, as in MuJoCo where "
                 "its four runs are of one mind; *of the gripped* leaves out those that no engine "
                 "grips. The second table has the same draws of a pose (5 mm, 10 degrees, even) and "
                 f"of a disturbance, {s.draws} a grasp: the share that is held, the mean difference "
@@ -133,7 +133,7 @@ class Grasps:
             yield "\n## c. Another engine\n"
             yield (
                 "ACRONYM's grasps of a mug, labelled by FleX; its mass and inertia, and its "
-                "friction or a quarter of it; belief of 2 mm and 0.02 rad, "
+                "friction or a quarter of it; rigid fingers, belief of 2 mm and 0.02 rad, "
                 f"{s.rollouts} trials a grasp.\n"
             )
             yield from (one.to_markdown() for one in labels)

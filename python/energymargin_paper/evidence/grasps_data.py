@@ -21,7 +21,7 @@ from energymargin.grasps.protocols import protocol_of
 from energymargin.grasps.scores import grasp_of
 from energymargin.grasps.trials import GraspTrials
 
-__all__ = ["FOLDER", "LITTLE", "MUG", "OF_ROBOT", "PAIRED", "Noise", "Posed"]
+__all__ = ["FOLDER", "LITTLE", "MUG", "OF_ROBOT", "PAIRED", "RIGID", "Noise", "Posed"]
 __all__ += ["acronym", "data_folder", "graspa", "robot_objects", "sampled", "trials_of"]
 
 FOLDER = "ENERGYMARGIN_GRASPS"
@@ -39,6 +39,7 @@ OF_ROBOT = {
 """Masses of the YCB objects [kg], as published with them."""
 PAIRED = ("YcbBanana", "YcbChipsCan", "YcbCrackerBox", "YcbHammer", MUG)
 """Objects of both engines: curved, round, boxy, heavy and long, and hollow."""
+RIGID = replace(preset("panda"), pads=None)  # as the fingers of other engines are
 SLIPPED, TURNED = 0.03, float(np.radians(30))  # m and rad in the hand; what slides on is chaotic
 REACHED = 0.01  # m; how far the object has to reach into the space between the fingers
 TRIES = 400  # candidates for each grasp that is sampled
@@ -108,7 +109,7 @@ def trials_of(folder: Path, asked: Posed) -> tuple[GraspSet, GraspTrials]:
     )
     errors = [uniform(-most, 2 * most) for most in noise]
     belief = GraspBelief(pose=[errors[0]] * 3 + [errors[1]] * 3)
-    return grasps, GraspTrials(preset("panda"), thing, given, belief, colliding="redraw", seed=seed)
+    return grasps, GraspTrials(RIGID, thing, given, belief, colliding="redraw", seed=seed)
 
 
 def sampled(grasps: GraspSet, trials: GraspTrials, number: int) -> Grasp:

@@ -22,7 +22,7 @@ from energymargin.grasps import (
 from energymargin.grasps.hands import ParallelGripper
 from energymargin.grasps.scores import HELD
 from energymargin_paper.evidence.calibration import brier
-from energymargin_paper.evidence.grasps_data import MUG, acronym, graspa, robot_objects
+from energymargin_paper.evidence.grasps_data import MUG, RIGID, acronym, graspa, robot_objects
 from energymargin_paper.evidence.grasps_numbers import others_mean, scaled_brier, share_brier
 from energymargin_paper.study import Progress
 
@@ -57,11 +57,13 @@ class Asked:
         protocol: str,
         belief: GraspBelief,
         store: str,
+        *,
+        hand: ParallelGripper | str = "panda",
     ) -> GraspScores:
         """Of each so manieth grasp, by a Panda."""
         return score(
             grasps[:: self.every],
-            "panda",
+            hand,
             thing,
             protocol,
             belief=belief,
@@ -164,7 +166,7 @@ def of_engine(asked: Asked) -> tuple[list[Labelled], Contradiction]:
     for friction in (None, SLIPPERY):
         grasps, thing = acronym(asked.data, MUG, friction)
         store, belief = f"engine-{MUG}-{thing.friction:g}.h5", GraspBelief(pose=POSE_THERE)
-        scores = asked.scores(grasps, thing, "acronym", belief, store)
+        scores = asked.scores(grasps, thing, "acronym", belief, store, hand=RIGID)
         held = scores.grasps.labels > 0
         odd = odd or _contradiction(scores, held)
         found.append(

@@ -522,3 +522,20 @@ def test_the_command_prints_a_table_and_writes_a_card(tmp_path):
     assert told.exit_code == 2 and "expected each quantity once" in told.output
     told = invoke(["limits", str(file), "--vary", "push=3"])
     assert told.exit_code == 2 and "--vary is 'push=3', expected NAME=LOW:HIGH" in told.output
+
+
+def test_a_subject_warns_once_for_all_values_and_few_draws_say_that_an_end_is_open():
+    def light(push):  # lighter than air, at each value another scene
+        scene = em.Scene()
+        scene.add_plane("floor", friction=0.4)
+        box, mass = em.Box((0.1, 0.1, 0.04)), 1e-5 + 1e-9 * push
+        scene.add_body("object", box, mass=mass, position=(0, 0, 0.02), role="object")
+        place = em.regions.Ball("object", (0, 0, 0.02), RADIUS)
+        asked = {"force": (push, push, 0), "torque": (0, 0, 0), "duration": 0.2, "horizon": 0.5}
+        return em.Problem(scene, scene.pack(), captured=place, **asked)
+
+    with pytest.warns(em.PlausibilityWarning) as told:
+        em.critical_value(light, "push", (1e-6, 2e-5), draws=40)
+    texts = [str(one.message) for one in told]
+    assert sum("lighter than air" in text for text in texts) == 1
+    assert sum("draws is 40" in text and "Take 72 or more" in text for text in texts) == 1

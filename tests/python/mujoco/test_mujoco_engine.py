@@ -297,6 +297,9 @@ def test_what_placements_need_of_an_engine_is_said_before_they_are_asked():
     scene = tray().scene
     with pytest.raises(ValueError, match="pushed is 3 with the engine 'mujoco'"):
         em.placements(scene, "mug", on=["tray"], pushed=3)
+    for asked in (em.settle, em.stack_robustness):
+        with pytest.raises(ValueError, match=f"{asked.__name__} is asked with the engine 'mujoco'"):
+            asked(scene)
     found = em.placements(scene, "mug", on=["tray"], spacing=0.2, pushed=0, rollouts=4)
     assert found.complete and len(found.poses)
 

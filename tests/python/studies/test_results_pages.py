@@ -34,7 +34,6 @@ OLD: set[str] = {
     "bench-error",
     "bench-monitor",
     "bench-scale",
-    "contact",
     "engines",
     "foresight",
     "grasps-a",
