@@ -114,10 +114,10 @@ class Grasps:
                 "ones (`solimp` .99 .999 .0001, `impratio` 100). *Alike* is the share of the "
                 "grasps that are held or lost here, at our step or a quarter of it, as in MuJoCo "
                 "where its four runs are of one mind; *of the gripped* leaves out those that no "
-                "engine grips. The second table has the same draws of a pose (5 mm, 10 degrees, even) "
-                f"and of a disturbance, {s.draws} a grasp: the share that is held, the mean "
-                "difference of a grasp's share from MuJoCo's at 0.5 ms, and the share of trials that end "
-                "alike; MuJoCo at 0.25 ms tells how near to itself it is.\n"
+                "engine grips. The second table has the same draws of a pose (5 mm, 10 degrees, "
+                f"even) and of a disturbance, {s.draws} a grasp: the share that is held, the mean "
+                "difference of a grasp's share from MuJoCo's at 0.5 ms, and the share of trials "
+                "that end alike; MuJoCo at 0.25 ms tells how near to itself it is.\n"
             )
             yield engines_text(self.engines)
         if self.robot:
