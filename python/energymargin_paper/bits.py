@@ -7,15 +7,15 @@ the physics may move; so a page of results has these digits too, of the engine t
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
 from hashlib import sha256
 
 from energymargin import tasks
-from energymargin._core import capture_score, escape_effort, force_score
+from energymargin._core import Problem, capture_score, escape_effort, force_score
 from energymargin.base.plausibility import PlausibilityWarning
 
-__all__ = ["bits"]
+__all__ = ["bits", "engine_bits"]
 
 # (seed, frame) of a state of each task of which the scores have something to say.
 MOMENTS = {
@@ -36,20 +36,50 @@ def bits(*, improved: bool = False) -> str:
 
     They take a second, and are the same in every process and on every thread.
     """
+    return _digits(value for one in _problems() for value in _scores(one, improved=improved))
+
+
+@cache
+def engine_bits(engine: str) -> str:
+    """Digits of an engine that is not ours: of the scores with "bullet", of a tenth of a second of
+    "mujoco". Raises ImportError without MuJoCo."""
+    if engine == "mujoco":
+        return _digits(value for one in _problems() for value in _end_in_mujoco(one))
+    others = (one.with_engine(engine) for one in _problems())
+    return _digits(value for one in others for value in _scores(one))
+
+
+def _digits(values: Iterable[float]) -> str:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PlausibilityWarning)
-        words = " ".join(f"{round(value, DECIMALS) + 0.0}" for value in _values(improved=improved))
+        words = " ".join(f"{round(value, DECIMALS) + 0.0}" for value in values)
     return sha256(words.encode()).hexdigest()[:8]
 
 
-def _values(*, improved: bool) -> Iterator[float]:
+def _problems() -> Iterator[Problem]:
     for name, (seed, frame) in MOMENTS.items():
         task = tasks.make(name)
         ran = task.rollout(seed=seed)
-        problem = task.problem(ran.states[frame], ran.params, ran.contacts[frame])
-        capture = capture_score(problem, nodes=NODES, warn=False)
-        yield from problem.state.tolist()
-        yield from (capture.capture, capture.success or 0.0, force_score(problem).force)
-        yield escape_effort(problem, nodes=NODES, search="published").effort
-        if improved:
-            yield escape_effort(problem, nodes=NODES).effort
+        yield task.problem(ran.states[frame], ran.params, ran.contacts[frame])
+
+
+def _scores(problem: Problem, *, improved: bool = False) -> Iterator[float]:
+    capture = capture_score(problem, nodes=NODES, warn=False)
+    yield from problem.state.tolist()
+    yield from (capture.capture, capture.success or 0.0, force_score(problem).force)
+    yield escape_effort(problem, nodes=NODES, search="published").effort
+    if improved:
+        yield escape_effort(problem, nodes=NODES).effort
+
+
+def _end_in_mujoco(problem: Problem) -> list[float]:
+    import mujoco
+
+    from energymargin.mujoco import model_of
+
+    model = model_of(problem.scene, problem.state)
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_step(model, data, round(0.1 / model.opt.timestep))
+    end: list[float] = data.qpos.tolist()
+    return end

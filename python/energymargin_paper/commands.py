@@ -120,18 +120,21 @@ def _draw(study: Study[Any, Any], result: Any, folder: Path) -> None:
 @contextmanager
 def _headed(study: Study[Any, Any], settings: Any, folder: Path) -> Iterator[None]:
     """Writes what makes the study into its folder, and in the end when and how long it took."""
+    others = {getattr(settings, "engine", "native"), *study.packages} & {"bullet", "mujoco"}
     head = Head.of_today(
         typed(study, settings),
         improved=study.improved,
         seed=getattr(settings, "seed", ""),
         packages=study.packages,
+        engines=sorted(others),
         folders=() if getattr(settings, "data", "") else study.folders,
     )
     before = Head.of_folder(folder)
-    if before is not None and before.bits != head.bits:
+    if before is not None and before.every_bit != head.every_bit:
         raise ValueError(
-            f"{folder} was begun with version {before.version} (bits {before.bits}), whose scores "
-            f"are others than those of this one (bits {head.bits}): remove it, or choose another -o"
+            f"{folder} was begun with version {before.version} (bits {before.every_bit}), "
+            f"whose scores are others than those of this one (bits {head.every_bit}): remove it, "
+            "or choose another -o"
         )
     same = before is not None and before.command == head.command
     begun = sum(os.times()[:4])

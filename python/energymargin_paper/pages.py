@@ -28,7 +28,7 @@ from typing import NamedTuple
 from energymargin.base.replacing import replace_text
 from energymargin.base.table_text import markdown_table
 from energymargin.evaluate.searches import ALGORITHM, ALGORITHM_IMPROVED
-from energymargin_paper.bits import bits
+from energymargin_paper.bits import bits, engine_bits
 
 __all__ = [
     "FILE",
@@ -63,6 +63,8 @@ class Head:
     """Since which version of energymargin the same settings give the same bits."""
     bits: str = ""
     """As of `energymargin_paper.bits`; empty: of an older version."""
+    engines: str = ""
+    """Those of other engines in it, as of `energymargin_paper.bits.engine_bits`."""
     seed: str = ""
     data: str = ""
     """Variables of the environment that named folders of it."""
@@ -79,6 +81,7 @@ class Head:
         improved: bool,
         seed: object = "",
         packages: Sequence[str] = (),
+        engines: Sequence[str] = (),
         folders: Sequence[str] = (),
     ) -> Head:
         """That of a command which begins now; of the packages those that are installed, and of the
@@ -89,6 +92,7 @@ class Head:
             version("energymargin"),
             algorithm=ALGORITHM_IMPROVED if improved else ALGORITHM,
             bits=bits(improved=improved),
+            engines=", ".join(f"{name} {engine_bits(name)}" for name in engines),
             seed=str(seed),
             data=", ".join(name for name in folders if os.environ.get(name)),
             machine=f"{os.cpu_count()} cores, {platform.machine()}",
@@ -114,9 +118,20 @@ class Head:
         """What `parse` reads."""
         return "\n".join(f"{name}: {value}" for name, value in asdict(self).items() if value)
 
+    @property
+    def every_bit(self) -> str:
+        """Of all engines."""
+        return ", ".join(filter(None, (self.bits, self.engines)))
+
     def is_old(self, *, improved: bool) -> bool:
-        """Whether the engine of today gives other bits."""
-        return self.bits != bits(improved=improved)
+        """Whether an engine of today gives other bits."""
+        return self.bits != bits(improved=improved) or self.others_moved()
+
+    def others_moved(self) -> bool:
+        """Whether one that is not ours does, of those that are there."""
+        digits = dict(words.split() for words in self.engines.split(", ") if words)
+        there = [name for name in digits if name == "bullet" or _is_installed(name)]
+        return any(engine_bits(name) != digits[name] for name in there)
 
     def sentence(self) -> str:
         """For readers."""
@@ -225,13 +240,15 @@ def list_blocks(pages: Path) -> None:
 def table_of_blocks(pages: Path, start: Path) -> str:
     """What made each block, and when; links are from the folder `start`."""
     today = {bits(improved=improved) for improved in (False, True)}
+    heads = [block.head for _, block in all_blocks(pages)]
+    build = ["" if h.bits in today and not h.others_moved() else "earlier" for h in heads]
     rows = [
         (
             f"[{block.name}]({Path(os.path.relpath(page, start)).as_posix()})",
-            *(block.head.version, "" if block.head.bits in today else "earlier"),
+            *(block.head.version, one),
             *(block.head.date, block.head.minutes, f"`{block.head.command}`"),
         )
-        for page, block in all_blocks(pages)
+        for one, (page, block) in zip(build, all_blocks(pages), strict=True)
     ]
     header = ("block", "version", "build", "date", "minutes", "command")
     return markdown_table(header, rows)

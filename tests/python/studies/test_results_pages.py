@@ -8,7 +8,7 @@ import pytest
 
 from energymargin.evaluate.searches import ALGORITHM
 from energymargin_paper import STUDIES
-from energymargin_paper.bits import bits
+from energymargin_paper.bits import bits, engine_bits
 from energymargin_paper.commands import typed
 from energymargin_paper.pages import (
     FILE,
@@ -139,11 +139,15 @@ def test_a_head_of_other_bits_is_old(study):
     assert replace(head, bits="00000000").is_old(improved=False)
     assert head.is_old(improved=True)  # of another search
     assert Head("a", "0.1.0").is_old(improved=False)
+    for engine in ("bullet", "mujoco"):
+        today = replace(head, engines=f"{engine} {engine_bits(engine)}")
+        assert not today.is_old(improved=False)
+        assert replace(head, engines=f"{engine} 00000000").is_old(improved=False)
 
 
 def test_the_bits_are_eight_digits_and_know_the_improved_search():
     assert len(bits()) == 8 and int(bits(), 16) >= 0
-    assert bits() != bits(improved=True)
+    assert len({bits(), bits(improved=True), engine_bits("bullet"), engine_bits("mujoco")}) == 4
 
 
 def test_a_block_after_a_heading_of_the_first_level_keeps_its_own(tmp_path):
