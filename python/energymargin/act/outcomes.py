@@ -25,6 +25,8 @@ Vector = NDArray[np.float64]
 Outcomes = ArrayLike | str | Path
 Start = tuple[Any, ...]  # of an episode: its seed; or group and number of its task, and its own
 
+KINDS = ("success", "sum_reward")  # what a file says of each episode, the better one first
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class OutcomeComparison(Record, Summarized):
@@ -66,7 +68,11 @@ def compare(a: Outcomes, b: Outcomes, *, confidence: float = 0.95) -> OutcomeCom
     Raises ValueError on what is no list of finite numbers, and OSError on a file.
     """
     open_share("confidence", confidence)
-    (first, of_first), (second, of_second) = _read("a", a), _read("b", b)
+    (first, of_first, kind), (second, of_second, other) = _read("a", a), _read("b", b)
+    if {kind, other} == set(KINDS):
+        raise ValueError(
+            f"a has each episode's {kind} and b its {other}, expected the same of both: give lists"
+        )
     if of_first and of_second and len(of_first[0]) == len(of_second[0]):
         both = [start for start in of_first if start in of_second]
         if not both:
@@ -97,12 +103,13 @@ def compare(a: Outcomes, b: Outcomes, *, confidence: float = 0.95) -> OutcomeCom
     )
 
 
-def _read(name: str, given: Outcomes) -> tuple[Vector, list[Start] | None]:
-    """Outcomes, and where each episode started, if a file says that."""
+def _read(name: str, given: Outcomes) -> tuple[Vector, list[Start] | None, str]:
+    """Outcomes, where each episode started, and which of KINDS they are, if a file says that."""
     starts: list[Start] | None = None
+    kind = ""
     values: Any = given
     if isinstance(given, str | Path):
-        episodes = _episodes(Path(given))
+        episodes, kind = _episodes(Path(given))
         values = [value for value, _ in episodes]
         starts = [start for _, start in episodes if start is not None]
         starts = starts if len(set(starts)) == len(episodes) else None
@@ -112,34 +119,42 @@ def _read(name: str, given: Outcomes) -> tuple[Vector, list[Start] | None]:
         outcomes = np.zeros((0, 0))
     if outcomes.ndim != 1 or not len(outcomes) or not np.isfinite(outcomes).all():
         raise ValueError(f"{name} is {shown(given)}, expected a list of finite outcomes")
-    return outcomes, starts
+    return outcomes, starts, kind
 
 
-def _episodes(path: Path) -> list[tuple[Any, Start | None]]:
-    """Those of a LeRobot evaluation. Tasks that ran in parallel are in the file as they ended: they
-    are put in order, since the first to end may be those that went well."""
+def _episodes(path: Path) -> tuple[list[tuple[Any, Start | None]], str]:
+    """Those of a LeRobot evaluation, and what they are. Tasks that ran in parallel are in the file
+    as they ended: they are put in order, since the first to end may be those that went well."""
     try:
         whole = json.loads(path.read_text())
         if "per_episode" in whole:
-            return [_episode(one) for one in whole["per_episode"]]
+            kind = next((one for one in KINDS if one in whole["per_episode"][0]), KINDS[0])
+            return [_episode(one, kind) for one in whole["per_episode"]], kind
         tasks = [
             (str(one.get("task_group", "")), one.get("task_id", number), one.get("metrics", one))
             for number, one in enumerate(whole["per_task"])
         ]
-        return [
+        found = [
             (value, (group, number, k))
             for group, number, task in sorted(tasks, key=lambda one: one[:2])
             for k, value in enumerate(np.atleast_1d(task["successes"]).tolist())
         ]
-    except (json.JSONDecodeError, UnicodeDecodeError, KeyError, TypeError, AttributeError) as error:
+        return found, KINDS[0]
+    except (
+        json.JSONDecodeError,
+        UnicodeDecodeError,
+        LookupError,
+        TypeError,
+        AttributeError,
+    ) as error:
         raise ValueError(
             f"{path} is no evaluation of LeRobot, expected a JSON file with per_episode or per_task"
         ) from error
 
 
-def _episode(one: dict[str, Any]) -> tuple[Any, Start | None]:
+def _episode(one: dict[str, Any], kind: str) -> tuple[Any, Start | None]:
     seed = one.get("seed")
-    return one.get("success", one.get("sum_reward")), None if seed is None else (seed,)
+    return one.get(kind), None if seed is None else (seed,)
 
 
 def _rate(outcomes: Vector, confidence: float) -> tuple[float, float]:

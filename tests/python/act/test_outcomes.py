@@ -60,6 +60,17 @@ def test_evaluations_of_lerobot_are_paired_by_their_seeds(tmp_path):
     assert told.exit_code == 0 and "neither is sure" in told.output
 
 
+def test_successes_are_not_compared_with_rewards(tmp_path):
+    a = written(tmp_path / "a.json", [1, 1, 0, 1], [7, 8, 9, 10])
+    (tmp_path / "b.json").write_text(a.read_text().replace('"success"', '"ended"'))
+    assert em.compare(tmp_path / "b.json", tmp_path / "b.json").pairs == 4
+    with pytest.raises(ValueError, match="a has each episode's success and b its sum_reward"):
+        em.compare(a, tmp_path / "b.json")
+    (tmp_path / "b.json").write_text(a.read_text().replace('"success"', '"ended"', 1))
+    with pytest.raises(ValueError, match="expected a list of finite outcomes"):
+        em.compare(a, tmp_path / "b.json")  # one episode without a success
+
+
 def tasks(path, *rows):
     """As LeRobot writes several tasks: a group, a number and successes each."""
     path.write_text(
