@@ -47,10 +47,10 @@ class Piece:
 PIECES = (
     Piece("tosses", 1.1, data="real"),
     Piece("grasps-b", 20, "grasps", {"parts": ("b",), "rollouts": 24}, "grasps"),
-    Piece("grasps-c", 4, "grasps", {"parts": ("c",), "every": 20, "rollouts": 4}, "grasps"),
-    Piece("contact", 14, changes={"seed": 1000}),
+    Piece("grasps-c", 3, "grasps", {"parts": ("c",), "every": 20, "rollouts": 4}, "grasps"),
+    Piece("contact", 11, changes={"seed": 1000}),
     Piece("foresight", 68, changes={"fresh": 0, "continuations": 10}),
-    Piece("published", 54, data="published"),
+    Piece("published", 15, changes={"nodes": 100, "every": 10}, data="published"),
     Piece("engines", 11),
     Piece("act", 28),
     Piece("policies", 18),

@@ -128,8 +128,9 @@ def _episodes(path: Path) -> tuple[list[tuple[Any, Start | None]], str]:
     try:
         whole = json.loads(path.read_text())
         if "per_episode" in whole:
-            kind = next((one for one in KINDS if one in whole["per_episode"][0]), KINDS[0])
-            return [_episode(one, kind) for one in whole["per_episode"]], kind
+            episodes = whole["per_episode"]
+            kind = KINDS[0 if any(KINDS[0] in one for one in episodes) else 1]
+            return [_episode(one, kind) for one in episodes], kind
         tasks = [
             (str(one.get("task_group", "")), one.get("task_id", number), one.get("metrics", one))
             for number, one in enumerate(whole["per_task"])
@@ -140,13 +141,7 @@ def _episodes(path: Path) -> tuple[list[tuple[Any, Start | None]], str]:
             for k, value in enumerate(np.atleast_1d(task["successes"]).tolist())
         ]
         return found, KINDS[0]
-    except (
-        json.JSONDecodeError,
-        UnicodeDecodeError,
-        LookupError,
-        TypeError,
-        AttributeError,
-    ) as error:
+    except (ValueError, LookupError, TypeError, AttributeError) as error:
         raise ValueError(
             f"{path} is no evaluation of LeRobot, expected a JSON file with per_episode or per_task"
         ) from error

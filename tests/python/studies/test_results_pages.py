@@ -41,7 +41,6 @@ OLD: set[str] = {
     "guard",
     "perturbation",
     "policies",
-    "published",
     "table1",
     "table2",
 }
