@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from energymargin._core import Cancel, CaptureProbability, Problem, World
 from energymargin.base.checks import shown
 from energymargin.base.reprs import Record
-from energymargin.base.table_text import markdown_table
+from energymargin.base.summary import Summarized
 from energymargin.disturbances import Disturbance
 from energymargin.evaluate.scores import capture_probability
 from energymargin.model.engines import Engine
@@ -21,7 +21,7 @@ Numbers = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class EngineComparison(Record):
+class EngineComparison(Record, Summarized):
     """What engines make of one question. Everything is beside the first engine."""
 
     engines: tuple[str, ...]
@@ -48,23 +48,7 @@ class EngineComparison(Record):
         count = max(1, self.exit_times.shape[1])
         return np.array([1 - self.differing(i).size / count for i in range(len(self.engines))])
 
-    def __str__(self) -> str:
-        """A table: a row an engine."""
-        rows = []
-        for i, (name, p) in enumerate(zip(self.engines, self.probabilities, strict=True)):
-            low, high = p.interval()
-            lost, both = np.isfinite(self.exit_times), self.exit_times[:, :]
-            alone = int((lost[i] & np.isinf(both[0])).sum())
-            kept = int((lost[0] & np.isinf(both[i])).sum())
-            shared = lost[0] & lost[i]
-            later = float(np.median(both[i, shared] - both[0, shared])) if shared.any() else 0.0
-            far = f"{1000 * self.distances[i, -1]:.3g} mm"
-            rows.append(
-                [name, f"{p.captured:.3g} [{low:.3g}, {high:.3g}]"]
-                + ([str(alone), str(kept), f"{1000 * later:+.3g} ms", far] if i else ["—"] * 4)
-            )
-        header = ["engine", "captured", "lost here alone", "lost there alone", "lost later by"]
-        return markdown_table([*header, "undisturbed, apart"], rows)
+    __str__ = Summarized.to_markdown
 
 
 def compare_engines(

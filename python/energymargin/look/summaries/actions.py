@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 import energymargin as em
 from energymargin.base.metrics import value_text
 from energymargin.base.summary import Picture, Summary
@@ -130,6 +132,25 @@ def outcome_comparison(found: em.actions.OutcomeComparison) -> Summary:
     said = f"{found.better} is better, with {found.confidence:.0%} since pair {found.decided}."
     note = said if found.better else f"After {found.pairs} pairs neither is sure to be better."
     return Summary("", rows, ("", "mean", "interval", "did better"), [note])
+
+
+def engine_comparison(found: em.EngineComparison) -> Summary:
+    """A row for each engine; all but the first beside that."""
+    rows, first = [], found.exit_times[0]
+    for i, (name, p) in enumerate(zip(found.engines, found.probabilities, strict=True)):
+        low, high = p.interval()
+        here = found.exit_times[i]
+        lost = [
+            int((np.isfinite(a) & np.isinf(b)).sum()) for a, b in ((here, first), (first, here))
+        ]
+        both = np.isfinite(first) & np.isfinite(here)
+        later = float(np.median(here[both] - first[both])) if both.any() else 0.0
+        beside = (*lost, f"{1000 * later:+.3g} ms", f"{1000 * found.distances[i, -1]:.3g} mm")
+        rows.append(
+            (name, f"{p.captured:.3g} [{low:.3g}, {high:.3g}]", *(beside if i else (DASH,) * 4))
+        )
+    head = ("engine", "captured", "lost here alone", "lost there alone", "lost later by")
+    return Summary("", rows, (*head, "undisturbed, apart"))
 
 
 def _where_it_holds(one: em.CriticalValue) -> tuple[str, str]:
