@@ -135,7 +135,7 @@ def _episodes(path: Path) -> tuple[list[tuple[Any, Start | None]], str]:
             (str(one.get("task_group", "")), one.get("task_id", number), one.get("metrics", one))
             for number, one in enumerate(whole["per_task"])
         ]
-        found = [
+        found: list[tuple[Any, Start | None]] = [
             (value, (group, number, k))
             for group, number, task in sorted(tasks, key=lambda one: one[:2])
             for k, value in enumerate(np.atleast_1d(task["successes"]).tolist())

@@ -240,7 +240,7 @@ def test_engines_are_compared_on_the_same_draws():
     assert (comparison.agreement > 0.8).all()
     assert comparison.distances.max() < 1e-3
     assert "| mujoco |" in str(comparison) == em.summary.summary(comparison).to_markdown()
-    assert "<td>mujoco</td>" in comparison._repr_html_()
+    assert ">mujoco</td>" in comparison._repr_html_()
     pytest.importorskip("matplotlib")
     above, below = em.plots.figure_engines(comparison).axes
     assert len(below.lines) == 3

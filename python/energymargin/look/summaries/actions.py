@@ -140,15 +140,13 @@ def engine_comparison(found: em.EngineComparison) -> Summary:
     for i, (name, p) in enumerate(zip(found.engines, found.probabilities, strict=True)):
         low, high = p.interval()
         here = found.exit_times[i]
-        lost = [
-            int((np.isfinite(a) & np.isinf(b)).sum()) for a, b in ((here, first), (first, here))
-        ]
+        pairs = (here, first), (first, here)
+        lost = [int((np.isfinite(one) & np.isinf(other)).sum()) for one, other in pairs]
         both = np.isfinite(first) & np.isfinite(here)
         later = float(np.median(here[both] - first[both])) if both.any() else 0.0
         beside = (*lost, f"{1000 * later:+.3g} ms", f"{1000 * found.distances[i, -1]:.3g} mm")
-        rows.append(
-            (name, f"{p.captured:.3g} [{low:.3g}, {high:.3g}]", *(beside if i else (DASH,) * 4))
-        )
+        captured = f"{p.captured:.3g} [{low:.3g}, {high:.3g}]"
+        rows.append((name, captured, *(beside if i else (DASH,) * 4)))
     head = ("engine", "captured", "lost here alone", "lost there alone", "lost later by")
     return Summary("", rows, (*head, "undisturbed, apart"))
 
