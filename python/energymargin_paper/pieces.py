@@ -49,7 +49,7 @@ PIECES = (
     Piece("grasps-b", 20, "grasps", {"parts": ("b",), "rollouts": 24}, "grasps"),
     Piece("grasps-c", 3, "grasps", {"parts": ("c",), "every": 20, "rollouts": 4}, "grasps"),
     Piece("contact", 11, changes={"seed": 1000}),
-    Piece("foresight", 68, changes={"fresh": 0, "continuations": 10}),
+    Piece("foresight", 17, changes={"trajectories": 12, "fresh": 0, "continuations": 6}),
     Piece("published", 15, changes={"nodes": 100, "every": 10}, data="published"),
     Piece("engines", 11),
     Piece("act", 28),

@@ -35,7 +35,6 @@ OLD: set[str] = {
     "bench-monitor",
     "bench-scale",
     "engines",
-    "foresight",
     "grasps-a",
     "grasps-c",
     "guard",
