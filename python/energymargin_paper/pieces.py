@@ -51,7 +51,7 @@ PIECES = (
     Piece("contact", 11, changes={"seed": 1000}),
     Piece("foresight", 17, changes={"trajectories": 12, "fresh": 0, "continuations": 6}),
     Piece("published", 15, changes={"nodes": 100, "every": 10}, data="published"),
-    Piece("engines", 11),
+    Piece("engines", 41),
     Piece("act", 28),
     Piece("policies", 18),
     Piece("grasps-a", 29, "grasps", {"parts": ("a",), "draws": 4}, "grasps"),

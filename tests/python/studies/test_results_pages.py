@@ -34,7 +34,6 @@ OLD: set[str] = {
     "bench-error",
     "bench-monitor",
     "bench-scale",
-    "engines",
     "grasps-a",
     "grasps-c",
     "guard",
