@@ -35,7 +35,6 @@ OLD: set[str] = {
     "bench-monitor",
     "bench-scale",
     "grasps-a",
-    "grasps-c",
     "guard",
     "perturbation",
     "policies",
