@@ -52,13 +52,13 @@ PIECES = (
     Piece("foresight", 17, changes={"trajectories": 12, "fresh": 0, "continuations": 6}),
     Piece("published", 15, changes={"nodes": 100, "every": 10}, data="published"),
     Piece("engines", 41),
-    Piece("act", 28),
-    Piece("policies", 18),
-    Piece("grasps-a", 29, "grasps", {"parts": ("a",), "draws": 4}, "grasps"),
+    Piece("act", 43, changes={"worlds": 100}),
+    Piece("policies", 7, changes={"worlds": 100, "questions": 150}),
+    Piece("grasps-a", 6, "grasps", {"parts": ("a",), "grasps": 20, "draws": 2}, "grasps"),
     Piece("table1", 21, changes={"nodes": 100}),
-    Piece("guard", 8.5),
-    Piece("table2", 17),
-    Piece("perturbation", 20),
+    Piece("guard", 4, changes={"episodes": 100}),
+    Piece("table2", 6, changes={"nodes": 50}),
+    Piece("perturbation", 12, changes={"nodes": 50, "draws": 3}),
 )
 """By their worth for who decides: the first ones are made first."""
 

@@ -226,7 +226,7 @@ class ActStudy(Study[Settings, Acted]):
                 plans = {method: values[name, method] for method in (NOMINAL, MARGIN)}
                 with _heavy_arm():
                     figure = figure_strip(demo_of(name), plans, world)
-                yield f"act_{name}", figure
+                yield f"act_{name}.png", figure
 
 
 STUDY = ActStudy()
