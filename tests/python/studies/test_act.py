@@ -1,9 +1,12 @@
 """Acting on the margin: the demonstrations, held-out worlds in both engines, and the study."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from energymargin._core import Cancel
+from energymargin.base.replacing import replace_figure
 from energymargin_paper.evidence import act as study
 from energymargin_paper.evidence.act_demo import HOLD, noise
 from energymargin_paper.evidence.act_methods import METHODS
@@ -87,6 +90,14 @@ def test_the_search_without_disturbance_has_the_budget_of_the_margin(made):
 def test_the_same_command_goes_on_from_what_is_there(made):
     result, folder = made
     assert study.STUDY.reproduce(SMALL, folder).to_csv() == result.to_csv()
+
+
+def test_a_task_in_which_the_margin_alone_holds_has_a_picture(made):
+    result, folder = made
+    lost = {t: replace(o, lost=t.method == "nominal") for t, o in result.outcomes.items()}
+    [(name, figure)] = study.STUDY.figures(replace(result, outcomes=lost))
+    replace_figure(folder / name, figure)
+    assert name == "act_balance.png" and (folder / name).stat().st_size > 5000
 
 
 def test_a_strip_has_a_row_of_moments_for_each_plan():
