@@ -55,7 +55,7 @@ PIECES = (
     Piece("act", 43, changes={"worlds": 100}),
     Piece("policies", 7, changes={"worlds": 100, "questions": 150}),
     Piece("grasps-a", 6, "grasps", {"parts": ("a",), "grasps": 20, "draws": 2}, "grasps"),
-    Piece("table1", 21, changes={"nodes": 100}),
+    Piece("table1", 9, changes={"nodes": 50, "continuations": 50}),
     Piece("guard", 4, changes={"episodes": 100}),
     Piece("table2", 6, changes={"nodes": 50}),
     Piece("perturbation", 12, changes={"nodes": 50, "draws": 3}),

@@ -33,7 +33,6 @@ OLD: set[str] = {
     "bench-error",
     "bench-monitor",
     "bench-scale",
-    "table1",
 }
 
 PAGE = """# A page
