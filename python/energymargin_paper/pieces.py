@@ -44,6 +44,8 @@ class Piece:
         return STUDIES[self.study or self.name]
 
 
+TABLE1: dict[str, Any] = {"nodes": 50, "continuations": 50}
+
 PIECES = (
     Piece("tosses", 1.1, data="real"),
     Piece("grasps-b", 20, "grasps", {"parts": ("b",), "rollouts": 24}, "grasps"),
@@ -55,7 +57,8 @@ PIECES = (
     Piece("act", 43, changes={"worlds": 100}),
     Piece("policies", 7, changes={"worlds": 100, "questions": 150}),
     Piece("grasps-a", 6, "grasps", {"parts": ("a",), "grasps": 20, "draws": 2}, "grasps"),
-    Piece("table1", 9, changes={"nodes": 50, "continuations": 50}),
+    Piece("table1", 9, changes=TABLE1),
+    Piece("table1-bullet", 14, "table1", {**TABLE1, "engine": "bullet"}),
     Piece("guard", 4, changes={"episodes": 100}),
     Piece("table2", 6, changes={"nodes": 50}),
     Piece("perturbation", 12, changes={"nodes": 50, "draws": 3}),
