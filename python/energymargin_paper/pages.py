@@ -125,10 +125,15 @@ class Head:
 
     def is_old(self, *, improved: bool) -> bool:
         """Whether an engine of today gives other bits."""
-        return self.bits != bits(improved=improved) or self.others_moved()
+        return self.bits != bits(improved=improved) or self._others_moved()
 
-    def others_moved(self) -> bool:
-        """Whether one that is not ours does, of those that are there."""
+    @property
+    def build(self) -> str:
+        """ "earlier" if no search of today's engines gives its bits."""
+        return "earlier" if all(self.is_old(improved=one) for one in (False, True)) else ""
+
+    def _others_moved(self) -> bool:
+        """Whether an engine that is not ours gives other bits, of those that are there."""
         digits = dict(words.split() for words in self.engines.split(", ") if words)
         there = [name for name in digits if name == "bullet" or _is_installed(name)]
         return any(engine_bits(name) != digits[name] for name in there)
@@ -239,16 +244,13 @@ def list_blocks(pages: Path) -> None:
 
 def table_of_blocks(pages: Path, start: Path) -> str:
     """What made each block, and when; links are from the folder `start`."""
-    today = {bits(improved=improved) for improved in (False, True)}
-    heads = [block.head for _, block in all_blocks(pages)]
-    build = ["" if h.bits in today and not h.others_moved() else "earlier" for h in heads]
     rows = [
         (
             f"[{block.name}]({Path(os.path.relpath(page, start)).as_posix()})",
-            *(block.head.version, one),
+            *(block.head.version, block.head.build),
             *(block.head.date, block.head.minutes, f"`{block.head.command}`"),
         )
-        for one, (page, block) in zip(build, all_blocks(pages), strict=True)
+        for page, block in all_blocks(pages)
     ]
     header = ("block", "version", "build", "date", "minutes", "command")
     return markdown_table(header, rows)

@@ -88,7 +88,8 @@ def test_a_folder_of_other_bits_is_refused_and_stays(tmp_path, monkeypatch):
     (own / FILE).write_text(text.replace(bits, "01234567"))
     done = run("-o", tmp_path / "all")
     assert done.exit_code == 2
-    assert "(bits 01234567, mujoco " in " ".join(done.output.split())
+    words = " ".join(done.output.split())
+    assert "(bits 01234567, mujoco " in words and "), whose scores are others" in words
     assert Head.of_folder(own).bits == "01234567"
 
 
