@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "base/check.hpp"
+#include "base/portable.hpp"
 
 namespace energymargin::binding {
 namespace {
@@ -197,7 +198,7 @@ Quaternion orientation(const std::string& prefix, const std::optional<Quaternion
   if (!yaw) return quaternion.value_or(otherwise);
   if (!std::isfinite(*yaw)) reject(prefix + "yaw", std::to_string(*yaw), "a finite angle in rad");
   warn(implausible_angle(prefix + "yaw", *yaw));
-  return Quaternion(Eigen::AngleAxisd(*yaw, Vector3::UnitZ()));
+  return portable::turn(*yaw, Vector3::UnitZ());
 }
 
 void warn(const std::vector<Warning>& warnings, const Scene& scene) {

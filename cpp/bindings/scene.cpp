@@ -2,6 +2,7 @@
 
 #include "energymargin/scene.hpp"
 
+#include "base/portable.hpp"
 #include "energymargin/state.hpp"
 #include "records.hpp"
 #include "scene/records.hpp"
@@ -198,7 +199,7 @@ BodyDicts unpack_dicts(const Scene& scene, const Given<State>& state) {
     dict["velocity"] = body.velocity;
     dict["angular_velocity"] = body.angular_velocity;
     const Quaternion& q = body.orientation;
-    dict["yaw"] = std::atan2(2.0 * (q.w() * q.z() + q.x() * q.y()), 1.0 - 2.0 * (q.y() * q.y() + q.z() * q.z()));
+    dict["yaw"] = portable::atan2(2.0 * (q.w() * q.z() + q.x() * q.y()), 1.0 - 2.0 * (q.y() * q.y() + q.z() * q.z()));
     dicts[py::str(name)] = dict;
   }
   if (!unpacked.joints.empty()) {

@@ -16,7 +16,7 @@ Eigen::VectorXi cell(int x, int y) { return Eigen::Vector2i(x, y); }
 
 // The share of the draws in which each node came.
 std::map<int, double> shares(const DensityGrid& grid, int draws) {
-  ompl::RNG rng(1);
+  Draws rng(1);
   std::map<int, double> shares;
   for (int i = 0; i < draws; ++i) shares[grid.draw(rng)] += 1.0 / draws;
   return shares;

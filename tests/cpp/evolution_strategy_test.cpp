@@ -16,7 +16,7 @@ struct Search {
 
   // The least cost after so many trials from a feasible point.
   double least(Eigen::VectorXd point, int trials) const {
-    ompl::RNG rng(7);
+    Draws rng(7);
     EvolutionStrategy strategy(Eigen::VectorXd::Constant(point.size(), 0.3), rng);
     double best = cost(point);
     for (int i = 0; i < trials; ++i) {
@@ -55,7 +55,7 @@ TEST(EvolutionStrategy, FindsTheLeastAtTheEdgeOfAConstraint) {
 }
 
 TEST(EvolutionStrategy, StepsShrinkWhileNothingIsBetterAndGrowWhileAllIs) {
-  ompl::RNG rng(1);
+  Draws rng(1);
   EvolutionStrategy strategy(Eigen::VectorXd::Ones(3), rng);
   for (int i = 0; i < 50; ++i) strategy.tell(strategy.draw(), Outcome::worse);
   EXPECT_LT(strategy.size(), 0.1);

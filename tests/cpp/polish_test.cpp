@@ -23,7 +23,7 @@ TimedEdges escape() {
 
 TEST(Polish, CutsAPushInTwoAndStaysWithinTheBounds) {
   const Edge bounds = largest();
-  ompl::RNG rng(3);
+  Draws rng(3);
   Polish polish(bounds, rng);
   polish.start(escape());
   for (int i = 0; i < 100; ++i) {
@@ -41,7 +41,7 @@ TEST(Polish, CutsAPushInTwoAndStaysWithinTheBounds) {
 
 TEST(Polish, LeavesRestsAndOtherObjectsAlone) {
   const Edge bounds = largest();
-  ompl::RNG rng(3);
+  Draws rng(3);
   Polish polish(bounds, rng);
   polish.start(escape());
   const TimedEdges edges = polish.draw().edges;
@@ -54,7 +54,7 @@ TEST(Polish, LeavesRestsAndOtherObjectsAlone) {
 TEST(Polish, EndsOnceNothingHelps) {
   const Edge bounds = largest();
   for (const Outcome outcome : {Outcome::worse, Outcome::infeasible}) {
-    ompl::RNG rng(3);
+    Draws rng(3);
     Polish polish(bounds, rng);
     EXPECT_FALSE(polish.goes_on());
     polish.start(escape());

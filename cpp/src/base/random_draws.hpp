@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/check.hpp"
+#include "base/portable.hpp"
 #include "energymargin/random.hpp"
 
 namespace energymargin {
@@ -28,8 +29,8 @@ class Random {
 
   //! Box and Muller (1958).
   double normal() {
-    const double radius = std::sqrt(-2.0 * std::log(1.0 - uniform()));
-    return radius * std::cos(2.0 * pi * uniform());
+    const double radius = std::sqrt(-2.0 * portable::log(1.0 - uniform()));
+    return radius * portable::cos(2.0 * pi * uniform());
   }
 
   Vector3 within(const Vector3& bounds) {

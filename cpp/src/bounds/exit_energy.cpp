@@ -3,6 +3,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/portable.hpp"
 #include "bounds/object_space.hpp"
 #include "energymargin/kinematics.hpp"
 #include "sets/primitives.hpp"
@@ -62,8 +63,9 @@ CrossingEnergy in_sector(const regions::AnnularSector& sector, const PoseRange& 
   const Vector2 middle = at.position.head<2>() - sector.center;
   const double slack = at.slack.head<2>().norm();
   if (slack >= middle.norm()) return both(ring, either);
-  const double spread = std::asin(slack / middle.norm()) + rounding;
-  const double turned = (sector.sweep < 0.0 ? -1.0 : 1.0) * (std::atan2(middle.y(), middle.x()) - sector.start_angle);
+  const double spread = portable::asin(slack / middle.norm()) + rounding;
+  const double turned =
+      (sector.sweep < 0.0 ? -1.0 : 1.0) * (portable::atan2(middle.y(), middle.x()) - sector.start_angle);
   const double angle = turned - full_turn * std::floor(turned / full_turn);
   if (angle - spread >= 0.0 && angle + spread <= sweep) return ring;
   const bool out = angle - spread > sweep && angle + spread < full_turn;
@@ -222,7 +224,7 @@ class Reader {
   ExitEnergy of(const regions::Tilt& tilt) const {
     return about(tilt, [tilt](const PoseRange& at) {
       const Vector3 direction = at.orientation * tilt.axis;
-      const double angle = std::atan2(direction.cross(tilt.reference).norm(), direction.dot(tilt.reference));
+      const double angle = portable::atan2(direction.cross(tilt.reference).norm(), direction.dot(tilt.reference));
       return at_most(tilt.limit, {std::max(angle - at.turn, 0.0), std::min(angle + at.turn, pi)});
     });
   }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/check.hpp"
+#include "base/portable.hpp"
 #include "bounds/barrier_bound.hpp"
 #include "bounds/convex_piece.hpp"
 
@@ -30,7 +31,7 @@ struct PoseCell {
 };
 
 //! How far a point at a distance of 1 moves by a turn of up to so much.
-inline double chord(double turn) { return 2.0 * std::sin(0.5 * std::min(turn, pi)); }
+inline double chord(double turn) { return 2.0 * portable::sin(0.5 * std::min(turn, pi)); }
 
 //! A piece of the object, in its frame.
 struct ObjectPiece {
@@ -78,7 +79,7 @@ class ObjectSpace {
 
   //! Of the object's frame, at a turn from the start.
   Pose pose(const Coordinates& at) const {
-    const Quaternion turned = Quaternion(Eigen::AngleAxisd(at[turn_axis], axis_)) * orientation_;
+    const Quaternion turned = portable::turn(at[turn_axis], axis_) * orientation_;
     return {at.head<3>() - turned * reference_, turned};
   }
 

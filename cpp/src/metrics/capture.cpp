@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/check.hpp"
+#include "base/portable.hpp"
 #include "base/words.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/metrics/guards.hpp"
@@ -95,7 +96,7 @@ class Forest {
     search::BoundedProblem bounded(problem_, nullptr, options_.nodes, seed, limit, Sampling::uniform, threads_);
     bounded.set_nodes_per_edge(options_.nodes_per_edge);
     bounded.count_in(options_.node_counter);
-    if (options_.least_likelihood > 0.0) bounded.lower_bound(-std::log(options_.least_likelihood) / rate_);
+    if (options_.least_likelihood > 0.0) bounded.lower_bound(-portable::log(options_.least_likelihood) / rate_);
     search::Est est(bounded, stream(seed, search::streams::planner));
     est.set_nodes_per_round(options_.nodes_per_round);
     est.solve(bounded.termination());

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "base/check.hpp"
+#include "base/portable.hpp"
 
 namespace energymargin {
 
@@ -28,7 +29,7 @@ ForceScore force_score(const Problem& problem) {
     ContactMargins& margins = other.role == Role::effector ? score.effector : score.ground;
     const double mu = contact.friction;
     margins.engage += contact.normal_force;
-    margins.stick += (mu * contact.normal_force - contact.tangential_force.norm()) * std::cos(std::atan(mu));
+    margins.stick += (mu * contact.normal_force - contact.tangential_force.norm()) * portable::cos(portable::atan(mu));
   }
   const std::vector<std::size_t> objects = scene.with_role(Role::object);
   for (const std::size_t object : objects) {

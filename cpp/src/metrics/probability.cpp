@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "base/check.hpp"
+#include "base/portable.hpp"
 #include "base/thread_pool.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/metrics/guards.hpp"
@@ -246,7 +247,7 @@ class Estimator {
     for (int i = 0; i < count; ++i) {
       const Future& future = futures_[static_cast<std::size_t>(i)];
       if (future.diverged) continue;
-      weights[static_cast<std::size_t>(i)] = rate_ ? std::exp(-*rate_ * (future.effort - least)) : 1.0;
+      weights[static_cast<std::size_t>(i)] = rate_ ? portable::exp(-*rate_ * (future.effort - least)) : 1.0;
     }
     return weights;
   }
@@ -459,14 +460,14 @@ CaptureProbability capture_probability(const Problem& problem, const Probability
 
 std::optional<bool> is_above(double threshold, int captured, int rollouts, double error) {
   const double inside = captured, outside = rollouts - captured;
-  const double at_threshold = inside * std::log(threshold) + outside * std::log1p(-threshold);
+  const double at_threshold = inside * portable::log(threshold) + outside * portable::log1p(-threshold);
   const double beta = boost::math::lgamma(inside + 1.0) + boost::math::lgamma(outside + 1.0) -
                       boost::math::lgamma(inside + outside + 2.0);
   const double all = beta - at_threshold;
   const double below = boost::math::ibeta(inside + 1.0, outside + 1.0, threshold);
   const double beyond = boost::math::ibetac(inside + 1.0, outside + 1.0, threshold);
-  if (all + std::log(beyond / (1.0 - threshold)) >= -std::log(error)) return true;
-  if (all + std::log(below / threshold) >= -std::log(error)) return false;
+  if (all + portable::log(beyond / (1.0 - threshold)) >= -portable::log(error)) return true;
+  if (all + portable::log(below / threshold) >= -portable::log(error)) return false;
   return std::nullopt;
 }
 

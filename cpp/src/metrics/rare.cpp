@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/check.hpp"
+#include "base/portable.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/metrics/guards.hpp"
 #include "energymargin/parallel.hpp"
@@ -137,7 +138,7 @@ class ReplicaSimulator {
     const double longest = timing_.horizon * problem_.scene.stepping().step;
     if (!(products > 0.0)) return 0.0;
     if (products >= squares) return longest;
-    return std::min(-check_period_ / std::log(products / squares), longest);
+    return std::min(-check_period_ / portable::log(products / squares), longest);
   }
 
   // Throws Diverged, Cancelled or TimedOut.
@@ -372,7 +373,7 @@ void warn_of_spread(const CaptureProbability& p, std::vector<Warning>& warnings)
   const double lost = p.lost[p.lost.size() - 1];
   const double losses = p.effective * lost;
   if (losses == 0.0) return;  // the interval ends where counting it would
-  const double enough = std::ceil(-replicas_a_fold * std::log(lost));
+  const double enough = std::ceil(-replicas_a_fold * portable::log(lost));
   const bool few = p.rollouts < enough;
   if (losses >= 1.0 && !few) return;
   std::ostringstream what;

@@ -9,6 +9,7 @@
 #include <limits>
 #include <vector>
 
+#include "base/portable.hpp"
 #include "base/random_draws.hpp"
 #include "energymargin/limit.hpp"
 
@@ -110,14 +111,14 @@ inline double relative_variance(const Eigen::VectorXd& estimates) {
   const double measured = (estimates.array() - mean).square().sum() / (n - 1.0) / (mean * mean);
   std::vector<double> logarithms;
   for (const double estimate : estimates) {
-    if (estimate > 0.0) logarithms.push_back(std::log(estimate));
+    if (estimate > 0.0) logarithms.push_back(portable::log(estimate));
   }
   const auto positive = static_cast<double>(logarithms.size());
   if (positive < 2.0) return measured;
   const Eigen::Map<const Eigen::ArrayXd> logs(logarithms.data(), static_cast<Eigen::Index>(logarithms.size()));
   const double spread = (logs - logs.mean()).square().sum() / (positive - 1.0);
   const double of_spread = 0.5 * positive * spread * spread / (positive - 1.0);
-  return std::max(measured, std::exp(spread + of_spread) * n / positive - 1.0);
+  return std::max(measured, portable::exp(spread + of_spread) * n / positive - 1.0);
 }
 
 //! How many rollouts of equal weight say as much about a rare probability as these estimates: at least as many as the
@@ -127,7 +128,7 @@ inline double effective_size(const Eigen::VectorXd& estimates, int replicas) {
   const double mean = estimates.mean();
   if (mean <= 0.0 || mean >= 1.0) return replicas;
   const double of_student = (n - 1.0) / (n - 3.0);  // the variance of Student's distribution
-  const double least = -std::log(mean) / replicas;
+  const double least = -portable::log(mean) / replicas;
   const double variance = std::max(relative_variance(estimates) / n * of_student, least);
   return std::max((1.0 - mean) / mean / variance, static_cast<double>(replicas));
 }

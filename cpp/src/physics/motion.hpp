@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "base/portable.hpp"
 #include "energymargin/audit.hpp"
 
 namespace energymargin {
@@ -55,13 +56,19 @@ struct ContactPoint {
   btVector3 friction_twist = btVector3(0, 0, 0);    // on a, of torsional and rolling friction [N m s]
 };
 
+//! A turn about an axis by an angle [rad].
+inline btQuaternion turned_about(const btVector3& axis, double angle) {
+  const btVector3 vector = axis * (portable::sin(0.5 * angle) / axis.length());
+  return {vector.x(), vector.y(), vector.z(), portable::cos(0.5 * angle)};
+}
+
 //! A pose after a way [m] and a turn [rad], about an axis that stays.
 inline btTransform moved_pose(const btTransform& start, const btVector3& way, const btVector3& turn) {
   constexpr double small_turn = 1e-3;  // rad: near no turn the sine is as good as its first terms
   const double squared = turn.length2();
   const double angle = btSqrt(squared);
-  const double sine = angle < small_turn ? 0.5 - squared / 48.0 : std::sin(0.5 * angle) / angle;
-  const double cosine = angle < small_turn ? 1.0 - squared / 8.0 : std::cos(0.5 * angle);
+  const double sine = angle < small_turn ? 0.5 - squared / 48.0 : portable::sin(0.5 * angle) / angle;
+  const double cosine = angle < small_turn ? 1.0 - squared / 8.0 : portable::cos(0.5 * angle);
   const btQuaternion turned(sine * turn.x(), sine * turn.y(), sine * turn.z(), cosine);
   return btTransform((turned * start.getRotation()).normalized(), start.getOrigin() + way);
 }
@@ -71,9 +78,9 @@ inline btTransform screw_motion(const btTransform& start, const btVector3& linea
   const double turn = angular.length();
   if (turn < 1e-9) return btTransform(start.getBasis(), start.getOrigin() + linear);
   const btVector3 once = angular.cross(linear);
-  const btVector3 offset = linear + once * ((1.0 - std::cos(turn)) / (turn * turn)) +
-                           angular.cross(once) * ((turn - std::sin(turn)) / (turn * turn * turn));
-  return btTransform(btMatrix3x3(btQuaternion(angular / turn, turn)) * start.getBasis(), start.getOrigin() + offset);
+  const btVector3 offset = linear + once * ((1.0 - portable::cos(turn)) / (turn * turn)) +
+                           angular.cross(once) * ((turn - portable::sin(turn)) / (turn * turn * turn));
+  return btTransform(btMatrix3x3(turned_about(angular / turn, turn)) * start.getBasis(), start.getOrigin() + offset);
 }
 
 //! A body on its way through a substep.

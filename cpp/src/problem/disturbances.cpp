@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/portable.hpp"
 #include "base/random_draws.hpp"
 #include "problem/records.hpp"
 
@@ -65,7 +66,7 @@ void extend(const Uniform& model, const Problem& problem, int steps, Random& ran
 // An Ornstein-Uhlenbeck process, sampled exactly, from its stationary distribution on.
 void extend(const Gaussian& model, const Problem& problem, int steps, Random& random, std::vector<Push>& sequence) {
   const double decay =
-      model.correlation_time > 0.0 ? std::exp(-problem.scene.stepping().step / model.correlation_time) : 0.0;
+      model.correlation_time > 0.0 ? portable::exp(-problem.scene.stepping().step / model.correlation_time) : 0.0;
   const double innovation = std::sqrt(1.0 - decay * decay);
   const auto next = [&](const Vector3& last, const Vector3& bounds, double deviation, bool first) {
     Vector3 sample = Vector3::Zero();

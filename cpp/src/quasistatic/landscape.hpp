@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/portable.hpp"
 #include "energymargin/kinematics.hpp"
 #include "energymargin/membership.hpp"
 #include "energymargin/problem.hpp"
@@ -19,12 +20,13 @@ using Path = std::vector<Pose>;
 
 //! The pose at a share `t` of the way, 0..1.
 inline Pose interpolate(const Pose& from, const Pose& to, double t) {
-  return {(1.0 - t) * from.position + t * to.position, from.orientation.slerp(t, to.orientation).normalized()};
+  return {(1.0 - t) * from.position + t * to.position,
+          portable::slerp(from.orientation, t, to.orientation).normalized()};
 }
 
 //! Angle between two orientations, 0..pi [rad].
 inline double angle(const Quaternion& a, const Quaternion& b) {
-  return 2.0 * std::acos(std::min(1.0, std::abs(a.dot(b))));
+  return 2.0 * portable::acos(std::min(1.0, std::abs(a.dot(b))));
 }
 
 //! The potential energy of one body while everything else stays where it is: E of Definition 2.

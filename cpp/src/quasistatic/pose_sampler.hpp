@@ -1,8 +1,6 @@
 #pragma once
 // Draws poses of the object below a bound on its energy, and makes paths of them lower.
 
-#include <ompl/util/RandomNumbers.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -12,8 +10,10 @@
 #include <vector>
 
 #include "base/check.hpp"
+#include "base/portable.hpp"
 #include "energymargin/limit.hpp"
 #include "quasistatic/landscape.hpp"
+#include "search/draws.hpp"
 
 namespace energymargin::quasistatic {
 
@@ -72,13 +72,12 @@ class PoseSampler {
     }
     const double turn = scale / landscape_.radius();
     if (landscape_.turning() == Turning::about_axis) {
-      sample.orientation =
-          Quaternion(Eigen::AngleAxisd(rng_.gaussian(0.0, turn), landscape_.axis())) * sample.orientation;
+      sample.orientation = portable::turn(rng_.gaussian(0.0, turn), landscape_.axis()) * sample.orientation;
     } else if (landscape_.turning() == Turning::all) {
       Vector3 by;
       for (double& angle : by)
         angle = rng_.gaussian(0.0, turn);  // one after the other: compilers order arguments freely
-      sample.orientation = Quaternion(Eigen::AngleAxisd(by.norm(), by.normalized())) * sample.orientation;
+      sample.orientation = portable::turn(by.norm(), by.normalized()) * sample.orientation;
     }
     return sample;
   }
@@ -137,12 +136,10 @@ class PoseSampler {
     if (landscape_.turning() == Turning::none) return start;
     if (landscape_.turning() == Turning::about_axis) {
       const double most = pi * (upright ? rng_.uniform01() * rng_.uniform01() : 1.0);
-      return Quaternion(Eigen::AngleAxisd(rng_.uniformReal(-most, most), landscape_.axis())) * start;
+      return portable::turn(rng_.uniformReal(-most, most), landscape_.axis()) * start;
     }
-    double turn[4];
-    rng_.quaternion(turn);
-    const Quaternion sample(turn[3], turn[0], turn[1], turn[2]);
-    return upright ? start.slerp(rng_.uniform01() * rng_.uniform01(), sample) : sample;
+    const Quaternion sample = rng_.turn();
+    return upright ? portable::slerp(start, rng_.uniform01() * rng_.uniform01(), sample) : sample;
   }
 
   // A slot, a well or a rail is narrow in all directions but one: so one number changes by much, and the others little.
@@ -168,10 +165,10 @@ class PoseSampler {
     return alone ? std::min(reach, bound / std::abs(load[axis])) : reach;
   }
 
-  double draw_log_uniform(double least, double most) { return least * std::pow(most / least, rng_.uniform01()); }
+  double draw_log_uniform(double least, double most) { return least * portable::pow(most / least, rng_.uniform01()); }
 
   Landscape& landscape_;
-  ompl::RNG rng_;
+  Draws rng_;
   Limit limit_;
   double reach_ = 0.0;
   bool may_grow_ = false;

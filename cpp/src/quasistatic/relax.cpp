@@ -32,7 +32,7 @@ std::size_t find_top(Path& path, const Landscape::Barrier& highest, const Landsc
 
 // A share of a move from one pose to another, on from a third one.
 Pose move(const Pose& pose, const Pose& from, const Pose& to, double share) {
-  const Quaternion turn = Quaternion::Identity().slerp(share, to.orientation * from.orientation.conjugate());
+  const Quaternion turn = portable::slerp(Quaternion::Identity(), share, to.orientation * from.orientation.conjugate());
   return {pose.position + share * (to.position - from.position), (turn * pose.orientation).normalized()};
 }
 

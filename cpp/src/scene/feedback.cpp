@@ -5,6 +5,7 @@
 #include <set>
 
 #include "base/check.hpp"
+#include "base/portable.hpp"
 #include "energymargin/simulator.hpp"
 
 namespace energymargin {
@@ -132,8 +133,7 @@ double Observer::operator()(const State& state, const Observed& of) const {
     return of.axis < 3 ? body.velocity[of.axis] : body.angular_velocity[of.axis - 3];
   }
   if (of.axis < 3) return body.position[of.axis];
-  const Eigen::AngleAxisd turn(body.orientation);
-  return turn.angle() * turn.axis()[of.axis - 3];
+  return portable::rotation_vector(body.orientation)[of.axis - 3];
 }
 
 Corrected corrected(const std::string& name) {

@@ -1,5 +1,7 @@
 #include "energymargin/kinematics.hpp"
 
+#include "base/portable.hpp"
+
 namespace energymargin {
 
 BodyState child_state(const Joint& joint, const JointState& state, const BodyState& parent) {
@@ -11,7 +13,7 @@ BodyState child_state(const Joint& joint, const JointState& state, const BodySta
   const Vector3 slide = slides ? Vector3(axis * state.position) : Vector3::Zero();
 
   BodyState child;
-  const Quaternion turn(Eigen::AngleAxisd(angle, joint.axis));
+  const Quaternion turn = portable::turn(angle, joint.axis);
   child.orientation = (frame * turn * joint.in_child.orientation.conjugate()).normalized();
   const Vector3 arm_in_parent = parent.orientation * joint.in_parent.position + slide;
   const Vector3 arm_in_child = child.orientation * joint.in_child.position;

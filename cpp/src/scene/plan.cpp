@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "base/check.hpp"
+#include "base/portable.hpp"
 #include "energymargin/simulator.hpp"
 #include "scene/feedback.hpp"
 
@@ -67,7 +68,7 @@ Wrenches constant_twist(const BodyState& state, int rows, double step) {
   const double turn = state.angular_velocity.norm() * step;
   const Vector3 axis = turn > 0.0 ? Vector3(state.angular_velocity.normalized()) : Vector3::UnitZ();
   for (int i = 0; i < rows; ++i) {
-    velocities.row(i) << (Eigen::AngleAxisd(i * turn, axis) * state.velocity).transpose(),
+    velocities.row(i) << (portable::turn(i * turn, axis) * state.velocity).transpose(),
         state.angular_velocity.transpose();
   }
   return velocities;

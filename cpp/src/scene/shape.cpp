@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/portable.hpp"
 #include "scene/body_constants.hpp"
 #include "scene/records.hpp"
 
@@ -101,7 +102,7 @@ Moments moments(const std::vector<Vector3>& points) {
 MassProperties mass_properties(const ConvexHull& hull, double mass) {
   const Moments total = moments(hull.points);
   const double size = total.second.norm();
-  if (!(total.volume > 1e-12 * std::pow(size, 0.6))) return {};
+  if (!(total.volume > 1e-12 * portable::pow(size, 0.6))) return {};
   const double density = mass / total.volume;
   const Vector3 centre = total.first / total.volume;
   const Eigen::Matrix3d second = density * total.second - mass * centre * centre.transpose();

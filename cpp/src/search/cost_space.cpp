@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "base/portable.hpp"
 #include "energymargin/kinematics.hpp"
 
 namespace energymargin::search {
@@ -34,17 +35,12 @@ double effector_speed(const Problem& problem, const Kinematics& kinematics) {
   return speed;
 }
 
-Vector3 rotation_vector(const Quaternion& rotation) {
-  const Eigen::AngleAxisd turn(rotation.w() < 0.0 ? Quaternion(-rotation.coeffs()) : rotation);
-  return turn.angle() * turn.axis();
-}
-
 double squared_distance(const BodyState& a, const BodyState& b, const Scales& scales) {
   const auto squared = [](const Vector3& difference, double scale) {
     return difference.squaredNorm() / (scale * scale);
   };
   const double alignment = std::min(std::abs(a.orientation.dot(b.orientation)), 1.0);
-  const double angle = 2.0 * std::acos(alignment) / scales.orientation;
+  const double angle = 2.0 * portable::acos(alignment) / scales.orientation;
   return squared(a.position - b.position, scales.position) + angle * angle +
          squared(a.velocity - b.velocity, scales.velocity) +
          squared(a.angular_velocity - b.angular_velocity, scales.angular_velocity);
@@ -52,7 +48,7 @@ double squared_distance(const BodyState& a, const BodyState& b, const Scales& sc
 
 BodyState interpolate(const BodyState& a, const BodyState& b, double t) {
   const auto mix = [t](const Vector3& x, const Vector3& y) -> Vector3 { return (1.0 - t) * x + t * y; };
-  return {mix(a.position, b.position), a.orientation.slerp(t, b.orientation), mix(a.velocity, b.velocity),
+  return {mix(a.position, b.position), portable::slerp(a.orientation, t, b.orientation), mix(a.velocity, b.velocity),
           mix(a.angular_velocity, b.angular_velocity)};
 }
 
@@ -82,8 +78,8 @@ class CostSampler : public ompl::base::StateSampler {
     BodyState sample;
     sample.position = around(start.position, scales.position);
     const Vector3 turn = around(Vector3::Zero(), std::min(scales.orientation, 1.0));
-    const Eigen::AngleAxisd rotation(turn.norm(), turn.norm() > 0.0 ? Vector3(turn.normalized()) : Vector3::UnitZ());
-    sample.orientation = Quaternion(rotation) * start.orientation;
+    const Vector3 axis = turn.norm() > 0.0 ? Vector3(turn.normalized()) : Vector3::UnitZ();
+    sample.orientation = portable::turn(turn.norm(), axis) * start.orientation;
     sample.velocity = around(start.velocity, scales.velocity);
     sample.angular_velocity = around(start.angular_velocity, scales.angular_velocity);
     return sample;
@@ -245,7 +241,7 @@ ompl::base::StateSamplerPtr CostSpace::allocDefaultStateSampler() const {
 }
 
 Vector3 rotation(const BodyState& from, const BodyState& to) {
-  return rotation_vector(to.orientation * from.orientation.conjugate());
+  return portable::rotation_vector(to.orientation * from.orientation.conjugate());
 }
 
 }  // namespace energymargin::search

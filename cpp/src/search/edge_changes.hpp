@@ -1,19 +1,19 @@
 #pragma once
 // Changes to the edges of an escape: small random ones, and the same way at a lower speed.
 
-#include <ompl/util/RandomNumbers.h>
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <optional>
 #include <vector>
 
+#include "base/portable.hpp"
 #include "energymargin/kinematics.hpp"
 #include "energymargin/problem.hpp"
 #include "energymargin/search/tree.hpp"
 #include "scene/energy.hpp"
 #include "search/cost_space.hpp"
+#include "search/draws.hpp"
 
 namespace energymargin::search {
 
@@ -37,7 +37,7 @@ inline void prepend(TimedEdges& edges, const TimedEdge& push, int longest) {
 class EdgeChanges {
  public:
   //! `largest` bounds the edges; `horizon` is in steps, none without a clock. `largest` and `rng` outlive this.
-  EdgeChanges(const Edge& largest, std::optional<int> horizon, ompl::RNG& rng)
+  EdgeChanges(const Edge& largest, std::optional<int> horizon, Draws& rng)
       : largest_(largest), horizon_(horizon), rng_(rng) {
     for (int axis = 0; axis < largest_.wrenches.size(); ++axis) {
       if (largest_.wrenches[axis] > 0.0) axes_.push_back(axis);
@@ -98,7 +98,7 @@ class EdgeChanges {
 
   // An object that is about to leave by itself needs next to nothing. Along one axis it may need nothing at all.
   void weaken_all(TimedEdges& edges) {
-    const double factor = std::exp(rng_.uniformReal(std::log(weakest), 0.0));
+    const double factor = portable::exp(rng_.uniformReal(portable::log(weakest), 0.0));
     if (rng_.uniform01() < axis_share) {
       const int axis = draw_axis();
       const bool silent = rng_.uniform01() < silent_share;
@@ -180,7 +180,7 @@ class EdgeChanges {
   TimedEdge nudge(TimedEdge edge) {
     const double size = draw_size();
     nudge_wrenches(edge.wrenches, size);
-    const double steps = edge.steps * std::exp(size * rng_.gaussian01());
+    const double steps = edge.steps * portable::exp(size * rng_.gaussian01());
     edge.steps = std::clamp(static_cast<int>(std::lround(steps)) + rng_.uniformInt(-1, 1), 1, largest_.steps);
     return edge;
   }
@@ -201,11 +201,13 @@ class EdgeChanges {
 
   int draw_axis() { return axes_[static_cast<std::size_t>(rng_.uniformInt(0, static_cast<int>(axes_.size()) - 1))]; }
 
-  double draw_size() { return std::exp(rng_.uniformReal(std::log(smallest_nudge), std::log(largest_nudge))); }
+  double draw_size() {
+    return portable::exp(rng_.uniformReal(portable::log(smallest_nudge), portable::log(largest_nudge)));
+  }
 
   const Edge& largest_;
   std::optional<int> horizon_;
-  ompl::RNG& rng_;
+  Draws& rng_;
   std::vector<Change> changes_;
   std::vector<int> axes_;  // that have bounds above 0
 };

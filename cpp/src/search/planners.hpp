@@ -6,7 +6,6 @@
 #include <ompl/control/ControlSampler.h>
 #include <ompl/control/PathControl.h>
 #include <ompl/datastructures/NearestNeighborsGNAT.h>
-#include <ompl/util/RandomNumbers.h>
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -18,6 +17,7 @@
 #include "energymargin/random.hpp"
 #include "energymargin/search/ao.hpp"
 #include "search/cost_space.hpp"
+#include "search/draws.hpp"
 
 namespace energymargin::search {
 
@@ -84,7 +84,7 @@ class DensityGrid {
   }
 
   //! A node; there is one.
-  int draw(ompl::RNG& rng) const {
+  int draw(Draws& rng) const {
     const Cell& cell = cells_[weights_.at(rng.uniform01())];
     return pool_[cell.block + static_cast<std::uint32_t>(rng.uniformInt(0, static_cast<int>(cell.size) - 1))];
   }
@@ -226,7 +226,7 @@ class Est : public NodePlanner {
 
   EdgeFrom draw() override { return draw_edge(grid_.draw(rng_)); }
 
-  ompl::RNG rng_;
+  Draws rng_;
   ompl::base::ProjectionEvaluatorPtr projection_;
   DensityGrid grid_;
 };

@@ -1,8 +1,6 @@
 #pragma once
 // Changes all edges of an escape at once, and learns from those changes that made it cheaper.
 
-#include <ompl/util/RandomNumbers.h>
-
 #include <Eigen/Core>
 #include <Eigen/LU>
 #include <algorithm>
@@ -11,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/portable.hpp"
+#include "search/draws.hpp"
 #include "search/edge_changes.hpp"
 
 namespace energymargin::search {
@@ -27,7 +27,7 @@ enum class Outcome {
 class EvolutionStrategy {
  public:
   //! Steps are drawn by `rng`, which has to outlive this. The first have this standard deviation in each coordinate.
-  EvolutionStrategy(const Eigen::VectorXd& deviations, ompl::RNG& rng)
+  EvolutionStrategy(const Eigen::VectorXd& deviations, Draws& rng)
       : rng_(rng),
         factor_(deviations.asDiagonal()),
         path_(Eigen::VectorXd::Zero(deviations.size())),
@@ -46,7 +46,7 @@ class EvolutionStrategy {
     const bool success = outcome == Outcome::better;
     success_rate_ += rate_memory * ((success ? 1.0 : 0.0) - success_rate_);
     const double damping = 1.0 + 0.5 * static_cast<double>(step.size());
-    size_ *= std::exp((success_rate_ - target_rate) / (1.0 - target_rate) / damping);
+    size_ *= portable::exp((success_rate_ - target_rate) / (1.0 - target_rate) / damping);
     if (success) learn_success(step);
   }
 
@@ -80,7 +80,7 @@ class EvolutionStrategy {
     factor_ -= rate / w.squaredNorm() * violation_ * w.transpose();
   }
 
-  ompl::RNG& rng_;
+  Draws& rng_;
   double size_ = 1.0;
   double success_rate_ = target_rate;
   Eigen::MatrixXd factor_;     // A, with A A^T the covariance
@@ -93,7 +93,7 @@ class EvolutionStrategy {
 class Polish {
  public:
   //! `largest` bounds the edges. It and the generator have to outlive this.
-  Polish(const Edge& largest, ompl::RNG& rng) : largest_(largest), rng_(rng) {}
+  Polish(const Edge& largest, Draws& rng) : largest_(largest), rng_(rng) {}
 
   //! Begins with the edges of an escape; there is at least one.
   void start(TimedEdges escape) {
@@ -187,7 +187,8 @@ class Polish {
       if (axis == duration) continue;
       strongest = std::max(strongest, std::abs(best_[index].wrenches[axis]) / largest_.wrenches[axis]);
     }
-    const double deviation = std::exp(rng_.uniformReal(std::log(least_deviation), std::log(largest_deviation)));
+    const double deviation =
+        portable::exp(rng_.uniformReal(portable::log(least_deviation), portable::log(largest_deviation)));
     Eigen::VectorXd deviations(static_cast<Eigen::Index>(variables_.size()));
     for (std::size_t i = 0; i < variables_.size(); ++i) {
       const auto& [index, axis] = variables_[i];
@@ -198,7 +199,7 @@ class Polish {
   }
 
   const Edge& largest_;
-  ompl::RNG& rng_;
+  Draws& rng_;
   TimedEdges best_;
   std::vector<std::pair<std::size_t, int>> variables_;  // an edge, and one of its axes or its duration, in units of the
                                                         // largest edge

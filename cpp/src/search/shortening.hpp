@@ -9,7 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "base/portable.hpp"
 #include "energymargin/search/ao.hpp"
+#include "search/draws.hpp"
 #include "search/edge_changes.hpp"
 #include "search/polish.hpp"
 
@@ -175,8 +177,8 @@ class Shortening {
     const std::vector<Passage> escape = passages(rng_.uniformInt(1, most_passages));
     const State root = problem_.state(0);
     const bool along = rng_.uniform01() < 0.5;
-    const double slowdown = std::exp(rng_.uniformReal(0.0, std::log(slowest)));
-    const double surplus = std::exp(rng_.uniformReal(std::log(least_surplus), std::log(most_surplus)));
+    const double slowdown = portable::exp(rng_.uniformReal(0.0, portable::log(slowest)));
+    const double surplus = portable::exp(rng_.uniformReal(portable::log(least_surplus), portable::log(most_surplus)));
     const State frame = along ? root : State::Zero(root.size());
     return {0, with_rests(slow_motion_(escape, frame, slowdown, surplus), draw_rests())};
   }
@@ -329,7 +331,7 @@ class Shortening {
   int attempts_per_round_ = 1;
   Edge largest_;
   std::optional<int> horizon_;  // steps
-  ompl::RNG rng_;
+  Draws rng_;
   EdgeChanges changes_;
   Polish polish_;
   SlowMotion slow_motion_;

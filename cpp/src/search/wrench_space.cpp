@@ -8,6 +8,7 @@
 #include <mutex>
 #include <vector>
 
+#include "base/portable.hpp"
 #include "search/cost_space.hpp"
 
 namespace energymargin::search {
@@ -124,7 +125,7 @@ class WrenchSampler : public ompl::control::ControlSampler {
 
   double draw_steps() {
     const double longest = bounds_.high.back();
-    return std::clamp(std::ceil(longest * std::pow(rng_.uniform01(), 1.0 / active_)), 1.0, longest);
+    return std::clamp(std::ceil(longest * portable::pow(rng_.uniform01(), 1.0 / active_)), 1.0, longest);
   }
 
   // The one that is disturbed alone, or the number of objects for all.

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "base/check.hpp"
+#include "base/portable.hpp"
 #include "energymargin/kinematics.hpp"
 #include "energymargin/region.hpp"
 #include "energymargin/scene.hpp"
@@ -36,7 +37,7 @@ inline std::optional<regions::AnnularSector> swept_sector(const regions::Swept& 
   sector.center = motion.position - radius * outwards;
   sector.radius = radius;
   sector.half_width = swept.half_width;
-  sector.start_angle = std::atan2(outwards.y(), outwards.x()) - turn * swept.behind / radius;
+  sector.start_angle = portable::atan2(outwards.y(), outwards.x()) - turn * swept.behind / radius;
   sector.sweep = turn * std::min((swept.behind + swept.ahead * speed + swept.beyond) / radius, full_turn);
   return sector;
 }
@@ -121,7 +122,7 @@ inline double beyond(const regions::AnnularSector& sector, const Vector3& positi
   const double half = 0.5 * std::abs(sector.sweep);
   if (2.0 * half >= full_turn) return across;
   const double middle = sector.start_angle + 0.5 * sector.sweep;
-  const double turned = std::abs(std::remainder(std::atan2(arm.y(), arm.x()) - middle, full_turn));
+  const double turned = std::abs(std::remainder(portable::atan2(arm.y(), arm.x()) - middle, full_turn));
   return std::max(across, sector.radius * (turned - half));  // along the arc
 }
 
@@ -141,7 +142,7 @@ inline double beyond(const regions::Disc& disc, const Vector3& position) {
   return (position.head<2>() - disc.center).norm() - disc.radius;
 }
 inline double beyond(const regions::Tilt& tilt, const Vector3& direction) {
-  return std::atan2(direction.cross(tilt.reference).norm(), direction.dot(tilt.reference)) - tilt.limit;
+  return portable::atan2(direction.cross(tilt.reference).norm(), direction.dot(tilt.reference)) - tilt.limit;
 }
 inline double beyond(const regions::Speed& speed, const Vector3& velocity) {
   return (speed.along ? velocity.dot(*speed.along) : velocity.norm()) - speed.limit;

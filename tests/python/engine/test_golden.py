@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 from types import ModuleType
 
@@ -63,6 +66,30 @@ def test_every_metric_has_its_golden_value_on_any_number_of_threads(
     name: str, threads: int
 ) -> None:
     assert make.values(name, problems[name], threads) == values[name]
+
+
+@pytest.mark.parametrize(
+    "without", ["-FMA,-FMA4,-AVX2_Usable,-FMA_Usable", "-AVX2,-FMA,-AVX,-AVX512F"]
+)
+def test_every_processor_gives_the_golden_values(without: str) -> None:
+    asked = ("grasp", "push-multi")
+    program = (
+        "import importlib.util, json, sys, energymargin as em\n"
+        "spec = importlib.util.spec_from_file_location('golden', sys.argv[1] + '/make.py')\n"
+        "make = importlib.util.module_from_spec(spec); spec.loader.exec_module(make)\n"
+        "problems = {path.stem: em.Problem.load(path) for path in make.problem_files()}\n"
+        "print(json.dumps({name: make.values(name, problems[name]) for name in sys.argv[2:]}))\n"
+    )
+    names = [f"problem-{name}" for name in asked]
+    environment = {**os.environ, "GLIBC_TUNABLES": f"glibc.cpu.hwcaps={without}"}
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", program, str(GOLDEN), *names],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert json.loads(done.stdout) == {name: values[name] for name in names}
 
 
 def test_a_batch_gives_the_same_bits_on_any_number_of_threads_and_after_any_history() -> None:

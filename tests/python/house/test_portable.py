@@ -1,7 +1,16 @@
-"""What only Linux has is not needed: a Mac has it not."""
+"""What only Linux has is not needed: a Mac has it not. No processor's extensions choose bits."""
 
+import re
 import subprocess
 import sys
+from pathlib import Path
+
+CPP = Path(__file__).parents[3] / "cpp"
+CHOSEN = re.compile(  # by the C library, for a processor's extensions
+    r"std::(sin|cos|tan|a?sinh?|acos|atan2?|exp|log|log1p)\("
+    r"|std::pow\((?!.*, 2\))|AngleAxis|\.slerp\(|ompl::RNG\b"
+)
+HOME = {"portable.hpp", "draws.hpp"}
 
 WITHOUT_LINUX = """
 import os, select, signal, sys
@@ -45,3 +54,15 @@ def test_every_kind_of_score_is_made_where_a_system_lacks_what_linux_alone_has(t
         check=False, capture_output=True, text=True, timeout=300,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
+
+
+def test_functions_whose_bits_a_processor_chooses_are_called_in_one_place() -> None:
+    found = [
+        f"{path.name}: {line.strip()}"
+        for folder in ("src", "bindings")
+        for path in sorted((CPP / folder).rglob("*.[ch]pp"))
+        if path.name not in HOME
+        for line in path.read_text().splitlines()
+        if CHOSEN.search(line)
+    ]
+    assert not found

@@ -114,7 +114,7 @@ void Articulation::place_links() {
     if (link.slides) {
       arm += link.axis * link.position;
     } else if (link.position != 0.0) {
-      axes *= btMatrix3x3(btQuaternion(link.axis, link.position));
+      axes *= btMatrix3x3(turned_about(link.axis, link.position));
     }
     link.pose = btTransform(axes, link.hinge + axes * arm);
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/portable.hpp"
 #include "physics/bodies/articulation.hpp"
 
 namespace energymargin {
@@ -19,7 +20,7 @@ constexpr double most_pieces = 16;
 double second_order_of_turn(double square) {
   if (square < 0.01) return 1.0 / 12.0;
   const double half = 0.5 * std::sqrt(square);
-  return (1.0 - half / std::tan(half)) / square;
+  return (1.0 - half / portable::tan(half)) / square;
 }
 
 }  // namespace

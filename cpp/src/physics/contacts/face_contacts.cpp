@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/portable.hpp"
 #include "physics/contacts/patches.hpp"
 
 namespace energymargin {
@@ -296,7 +297,7 @@ struct Rim {
   Corner center, x, y;
 
   Corner at(double angle) const {
-    const double cosine = std::cos(angle), sine = std::sin(angle);
+    const double cosine = portable::cos(angle), sine = portable::sin(angle);
     return {center.x + cosine * x.x + sine * y.x, center.y + cosine * x.y + sine * y.y,
             center.height + cosine * x.height + sine * y.height};
   }
@@ -340,7 +341,7 @@ void add_crossings(const Rim& rim, const Face& other, std::vector<double>& angle
     for (const double sign : {-1.0, 1.0}) {
       const double share = (sign * std::sqrt(root) - half) / square;
       if (share < 0.0 || share > 1.0) continue;
-      angles.push_back(std::atan2(from_y + share * along_y, from_x + share * along_x));
+      angles.push_back(portable::atan2(from_y + share * along_y, from_x + share * along_x));
     }
   }
 }
@@ -350,9 +351,9 @@ void add_crossings(const Rim& rim, const Rim& other, std::vector<double>& angles
   const auto [x, y] = rim.scaled(other.center);
   const double away = std::hypot(x, y), ratio = other.radius() / rim.radius();
   if (!(away > std::abs(1.0 - ratio) && away < 1.0 + ratio)) return;
-  const double half = std::acos((1.0 + away * away - ratio * ratio) / (2.0 * away));
-  angles.push_back(std::atan2(y, x) + half);
-  angles.push_back(std::atan2(y, x) - half);
+  const double half = portable::acos((1.0 + away * away - ratio * ratio) / (2.0 * away));
+  angles.push_back(portable::atan2(y, x) + half);
+  angles.push_back(portable::atan2(y, x) - half);
 }
 
 // The corners of a rim within `depth` of its outermost one: it bears where its circle does, so they are at eighths of a
@@ -361,7 +362,7 @@ bool find_rim(const Rim& rim, double outward, double depth, const Slope& other, 
               Face& face) {
   const double x = rim.x.height - other.x * rim.x.x - other.y * rim.x.y;
   const double y = rim.y.height - other.x * rim.y.x - other.y * rim.y.y;
-  const double nearest = std::hypot(x, y) > least_tilt * rim.radius() ? std::atan2(outward * y, outward * x) : 0.0;
+  const double nearest = std::hypot(x, y) > least_tilt * rim.radius() ? portable::atan2(outward * y, outward * x) : 0.0;
   for (int eighth = 0; eighth < 8; ++eighth) angles.push_back(nearest + SIMD_2_PI / 8.0 * eighth);
   for (double& angle : angles) angle -= SIMD_2_PI * std::floor((angle - nearest) / SIMD_2_PI);
   std::sort(angles.begin(), angles.end());

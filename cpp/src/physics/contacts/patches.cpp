@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/portable.hpp"
+
 namespace energymargin {
 namespace {
 
@@ -74,7 +76,7 @@ Patch patch_of(const Outline& places) {
       return ((place.x - middle.x) * (to.x - from.x) + (place.y - middle.y) * (to.y - from.y)) / length;
     };
     const auto integral = [height](double s) {
-      return 0.5 * (s * std::hypot(height, s) + height * height * std::asinh(s / height));
+      return 0.5 * (s * std::hypot(height, s) + height * height * portable::asinh(s / height));
     };
     sum += height / 3.0 * (integral(along(to)) - integral(along(from)));
   });

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/portable.hpp"
 #include "physics/native/newton_solver.hpp"
 
 namespace energymargin {
@@ -24,7 +25,7 @@ constexpr int most_at_level = 6, most_at_first = 20;
 constexpr double rough = 1e-2;
 
 double softer(double own, double soft, double level) {
-  return soft > own && level > 0.0 ? std::pow(soft / own, level) : 1.0;
+  return soft > own && level > 0.0 ? portable::pow(soft / own, level) : 1.0;
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/portable.hpp"
 #include "scene/body_constants.hpp"
 
 namespace energymargin {
@@ -26,8 +27,8 @@ btVector3 rotated(const btVector3& vector, const btVector3& turn) {
   double sine = 1.0 - squared / 6.0, rest = 0.5 - squared / 24.0;  // first terms, for less than a thousandth
   if (squared > 1e-6) {
     const double angle = std::sqrt(squared);
-    const double half = std::sin(0.5 * angle);
-    sine = 2.0 * half * std::cos(0.5 * angle) / angle;
+    const double half = portable::sin(0.5 * angle);
+    sine = 2.0 * half * portable::cos(0.5 * angle) / angle;
     rest = 2.0 * half * half / squared;
   }
   const btVector3 across = turn.cross(vector);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/portable.hpp"
 #include "physics/native/step_equations.hpp"
 
 namespace energymargin {
@@ -26,8 +27,7 @@ constexpr double least_miss = 1e-9;
 btVector3 turn_between(const btMatrix3x3& a, const btMatrix3x3& b) {
   btQuaternion turn;
   a.timesTranspose(b).getRotation(turn);
-  const Eigen::AngleAxisd of(from_bullet(turn));
-  return to_bullet(Vector3(of.angle() * of.axis()));
+  return to_bullet(portable::rotation_vector(from_bullet(turn)));
 }
 
 }  // namespace
