@@ -29,7 +29,6 @@ IMPROVED = {piece.name: piece.load().improved for piece in PIECES}
 # but with a change of the bits that is meant (CONTRIBUTING.md).
 OLD: set[str] = {
     "bench",
-    "bench-contact",
     "bench-error",
     "bench-monitor",
     "bench-scale",
