@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from math import isnan, nan
 from pathlib import Path
 from typing import Any
@@ -31,6 +30,7 @@ MORE = (
 )
 
 ProblemOf = Callable[[float], Problem]
+Progress = Callable[[int, int], None]
 OutcomesOf = Callable[[float, Sequence[int]], Any]
 
 
@@ -140,12 +140,12 @@ def critical_value(
         raise ValueError(f"metric is {metric!r}, expected 'probability' or 'probability/success'")
 
     def run(value: float, draws: Sequence[int]) -> tuple[NDArray[np.float64], int] | None:
+        of = f"{quantity} {value:g}"
         try:
             problem = problem_of(value)
         except ValueError as error:
-            said = f"no problem has {quantity} {value:g}: {error}; change the range"
-            raise ValueError(said) from error
-        question.check(f"the problem of {quantity} {value:g}", problem)
+            raise ValueError(f"no problem has {of}: {error}; change the range") from error
+        question.check(f"the problem of {of}", problem)
         parts = _trials(problem, uncertainty, seed, draws)
         found = [one for one in trials.run(question, parts, limit) if one is not None]
         joined = Draws.joined(found)
@@ -163,10 +163,11 @@ def _trials(
     """Draws that follow each other are one trial, unless each has a problem of its own."""
     if uncertainty is not None:
         belief = Belief(problem, uncertainty=uncertainty)
-        particles = (numbered_particle(belief, seed, j) for j in draws)
-        return [Trial(k, range(draws[k], draws[k] + 1), one) for k, one in enumerate(particles)]
-    spans = np.split(draws, np.flatnonzero(np.diff(draws) != 1) + 1)
-    return [Trial(k, range(one[0], one[-1] + 1), problem) for k, one in enumerate(spans)]
+        asked = ((range(j, j + 1), numbered_particle(belief, seed, j)) for j in draws)
+    else:
+        spans = np.split(draws, np.flatnonzero(np.diff(draws) != 1) + 1)
+        asked = ((range(one[0], one[-1] + 1), problem) for one in spans)
+    return [Trial(k, *one) for k, one in enumerate(asked)]
 
 
 def critical_value_of(
@@ -194,10 +195,8 @@ def critical_value_of(
     def run(value: float, numbers: Sequence[int]) -> tuple[NDArray[np.float64], int]:
         found = np.asarray(outcomes_of(value, numbers), dtype=float)
         if found.shape != (len(numbers),) or not np.isin(found[~np.isnan(found)], (0, 1)).all():
-            raise ValueError(
-                f"outcomes_of returned {found!r} for {len(numbers)} draws, expected as many of 0, "
-                "1 or NaN"
-            )
+            asked = f"for {len(numbers)} draws, expected as many of 0, 1 or NaN"
+            raise ValueError(f"outcomes_of returned {found!r} {asked}")
         return found, 0
 
     asked = (range, probability, confidence, draws, tolerance, progress, Limit(timeout, cancel))
@@ -219,7 +218,7 @@ def one_after_the_other(
         given: dict[str, Any] = {**asked, **limit.rest(), "unit": unit}
         if progress is not None:
             before = sum(one.rollouts for one in found)
-            given["progress"] = partial(_going_on, progress, before)
+            given["progress"] = _later(progress, before)
         try:
             found.append(critical_value(problem_of, name, ends, **given))
         except (Cancelled, TimeoutError):
@@ -229,8 +228,9 @@ def one_after_the_other(
     return tuple(found)
 
 
-def _going_on(progress: Callable[[int, int], None], before: int, done: int, total: int) -> None:
-    progress(before + done, before + total)
+def _later(progress: Progress, before: int) -> Progress:
+    """The progress of a search after others that took so many rollouts."""
+    return lambda done, total: progress(before + done, before + total)
 
 
 def _unknown(
@@ -238,33 +238,22 @@ def _unknown(
 ) -> CriticalValue:
     """Of a search that did not begin, asked as another one."""
     low, high = map(float, range)
-    none = (0, 0, 0, False)  # rollouts, steps, diverged, complete
-    ends = (nan, low, high, like.confidence, "unknown", None, (), np.zeros((0, 3)))
-    return CriticalValue(quantity, unit, (low, high), like.probability, *ends, *none)
+    none = (None, (), np.zeros((0, 3)), 0, 0, 0, False)  # monotone, and what follows it
+    found = (nan, low, high, like.confidence, "unknown")
+    return CriticalValue(quantity, unit, (low, high), like.probability, *found, *none)
 
 
 def _found(search: Search, unit: str) -> CriticalValue:
     """What a search finds."""
     parts = search.parts()
-    first, told = parts[0], [part.monotone for part in parts]
+    told = [part.monotone for part in parts]
     monotone = False if search.turns() else None if None in told else False not in told
     if monotone is False:
         warn([(search.quantity, f"{search.quantity} is not monotone: {MORE}")], None)
-    return CriticalValue(
-        search.quantity,
-        unit,
-        search.scale.ends,
-        search.probability,
-        first.value,
-        first.low,
-        first.high,
-        search.confidence,
-        first.side,
-        monotone=monotone,
-        crossings=tuple((p.value, p.low, p.high, p.side) for p in parts if not isnan(p.value)),
-        outcomes=np.array(sorted(row for part in parts for row in part.table())),
-        rollouts=search.rollouts,
-        steps=search.steps,
-        diverged=int(search.diverged.sum()),
-        complete=not search.stopped,
-    )
+    value, low, high, side = parts[0].crossing
+    asked = (search.quantity, unit, search.scale.ends, search.probability)
+    crossings = tuple(part.crossing for part in parts if not isnan(part.crossing[0]))
+    outcomes = np.array(sorted(row for part in parts for row in part.table()))
+    found = (value, low, high, search.confidence, side, monotone, crossings, outcomes)
+    counts = (search.rollouts, search.steps, int(search.diverged.sum()))
+    return CriticalValue(*asked, *found, *counts, not search.stopped)

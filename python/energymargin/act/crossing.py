@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from energymargin.act.scale import Scale
-from energymargin.base.checks import function_or_none, open_share, whole_number
+from energymargin.base.checks import function_or_none, open_share, require, whole_number
 from energymargin.base.errors import DivergedError
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import Kept, kept_warnings, warn
@@ -78,9 +78,8 @@ class Search:
         self.scale = Scale.of(self.range)
         self.lost = 1.0 - open_share("probability", self.probability)
         self.alpha = (1.0 - open_share("confidence", self.confidence)) / 2.0  # of each end
-        if open_share("tolerance", self.tolerance) >= 0.5:
-            said = f"tolerance is {self.tolerance:g}, expected a share of the range, such as 0.01"
-            raise ValueError(said)
+        small = open_share("tolerance", self.tolerance) < 0.5
+        require(small, "tolerance", self.tolerance, "a share of the range, such as 0.01")
         each = log(max(self.lost, self.probability))
         usual = int(min(max(DRAWS, np.ceil(log(self.alpha / SPARE) / each)), MOST))
         self.draws = usual if asked is None else whole_number("draws", asked, PILOT)
@@ -91,8 +90,9 @@ class Search:
         self.ranks = int(likely[0]), middle, int(likely[-1]) + 1
         self.diverged = np.zeros(self.draws, bool)
         if self.ranks[0] == 0 or self.ranks[2] > self.draws:
-            said = "fewer than both ends of the interval need: one is that of the range. Take"
-            said = f"draws is {self.draws}, {said} {int(np.ceil(log(self.alpha) / each))} or more"
+            way = f"Take {int(np.ceil(log(self.alpha) / each))} or more"
+            few = "fewer than both ends of the interval need: one is that of the range"
+            said = f"draws is {self.draws}, {few}. {way}"
             warn([(said, said)], said)
 
     def outcomes(self, u: float, draws: NDArray[np.int64]) -> Floats | None:
@@ -190,7 +190,7 @@ def _clearest(lost: bool, run: list[float], shares: dict[float, float]) -> float
 class Part:
     """A part of the range: from where it is easy, 0, to where it is hard, 1.
 
-    `value`, `low`, `high`, `side` and `monotone` are as of a CriticalValue.
+    `crossing`, value, low, high and side, and `monotone` are as of a CriticalValue.
     """
 
     def __init__(self, search: Search, easy: float, hard: float) -> None:
@@ -231,14 +231,14 @@ class Part:
         if not self._follow and (everywhere or nowhere):
             each = [self._count(u) or 0 for u in np.linspace(0.0, 1.0, GRID).tolist()]
             everywhere, nowhere = everywhere and max(each) < few, nowhere and min(each) >= many
-        self.side = "below" if self._easy < self._hard else "above"
+        side = "below" if self._easy < self._hard else "above"
         if everywhere or nowhere:
             low = value = high = nan
-            self.side = "everywhere" if everywhere else "nowhere"
+            side = "everywhere" if everywhere else "nowhere"
         elif not np.isfinite(value):
-            value, self.side = nan, "unknown"
-        self.value = self._value(value)
-        self.low, self.high = sorted(self._value(u) for u in (low, high))
+            value, side = nan, "unknown"
+        low, high = sorted(self._value(u) for u in (low, high))
+        self.crossing = (self._value(value), low, high, side)
 
     def table(self) -> list[tuple[float, float, float]]:
         """As the rows of CriticalValue.outcomes."""

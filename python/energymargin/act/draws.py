@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from energymargin import disturbances
 from energymargin._core import Problem
-from energymargin.base.checks import check_type, function_of, one_of, shown
+from energymargin.base.checks import check_type, function_of, one_of, require
 from energymargin.base.errors import DivergedError
 from energymargin.base.metrics import KINDS
 from energymargin.base.reprs import Record
@@ -54,16 +54,12 @@ class Question:
         """Checks it."""
         one_of("metric", self.metric, OBJECTIVES)
         check_disturbance(self.disturbance)
-        if isinstance(self.disturbance, disturbances.Boltzmann):
-            raise ValueError(
-                f"disturbance is {self.disturbance!r}, whose draws have weights, expected another "
-                "model: draws are compared one by one"
-            )
-        if self.is_effort and self.disturbance is not None:
-            raise ValueError(
-                f"disturbance is {shown(self.disturbance)} with the metric {self.metric!r}, "
-                "expected None: an effort is the least work within the problem's bounds"
-            )
+        weighted = isinstance(self.disturbance, disturbances.Boltzmann)
+        other = "another model, whose draws have no weights: draws are compared one by one"
+        require(not weighted, "disturbance", self.disturbance, other)
+        if self.is_effort:
+            why = f"None with the metric {self.metric!r}: the least work within the bounds is asked"
+            require(self.disturbance is None, "disturbance", self.disturbance, why)
         checked = SearchSettings(nodes=self.nodes, seed=self.seed)
         object.__setattr__(self, "settings", checked)
 
@@ -85,18 +81,16 @@ class Question:
             return draws.interval()
         from scipy import stats
 
-        count, ordered = len(draws.kept), np.sort(draws.kept)
-        below = int(stats.binom.ppf((1.0 - OF_INTERVALS) / 2, count, 0.5))
-        first = max(below - 1, 0)
-        return float(ordered[first]), float(ordered[count - 1 - first])
+        count, ordered = len(draws.kept), np.sort(draws.kept).tolist()
+        first = max(int(stats.binom.ppf((1.0 - OF_INTERVALS) / 2, count, 0.5)) - 1, 0)
+        return ordered[first], ordered[count - 1 - first]
 
     def check(self, name: str, problem: Problem) -> None:
         """Raises ValueError if a problem lacks what the question is about."""
         check_type(name, problem, Problem, "a Problem")
         if not self.is_effort and problem.horizon is None:
-            raise ValueError(
-                f"{name} is without a horizon, expected one with: problem.replace(horizon=...)"
-            )
+            way = "expected one with: problem.replace(horizon=...)"
+            raise ValueError(f"{name} is without a horizon, {way}")
         if self.metric == "probability/success" and problem.succeeded is None:
             raise ValueError(f"{name} is without a success set, expected one with: succeeded=...")
 
@@ -105,11 +99,9 @@ def check_disturbance(disturbance: Any) -> None:
     """Raises ValueError unless it is a model, a function (random, times), or None."""
     if disturbance is None or isinstance(disturbance, disturbances.Disturbance):
         return
-    if not callable(disturbance) or isinstance(disturbance, type):
-        raise ValueError(
-            f"disturbance is {shown(disturbance)}, expected a model of em.disturbances, a function "
-            "(random, times), or None"
-        )
+    right = callable(disturbance) and not isinstance(disturbance, type)
+    expected = "a model of em.disturbances, a function (random, times), or None"
+    require(right, "disturbance", disturbance, expected)
     function_of("disturbance", disturbance, "random", "times")
 
 

@@ -18,40 +18,11 @@ from energymargin.grasps.scores import GraspScores
 from energymargin.grasps.scoring import score
 from energymargin.grasps.wrenches import WrenchSpace, wrench_space
 
-__all__ = [
-    "BASELINES",
-    "FRAMES",
-    "HANDS",
-    "LESS_IS_BETTER",
-    "PROTOCOLS",
-    "SUFFIXES",
-    "ComparedScore",
-    "GraspBelief",
-    "GraspCalibration",
-    "GraspComparison",
-    "GraspLimits",
-    "GraspObject",
-    "GraspScores",
-    "GraspSet",
-    "Grip",
-    "Hand",
-    "HandFile",
-    "Motion",
-    "ObjectFacts",
-    "ParallelGripper",
-    "Protocol",
-    "Source",
-    "WrenchSpace",
-    "baselines",
-    "calibrate",
-    "compare",
-    "grip",
-    "limits",
-    "read",
-    "recalibrate",
-    "score",
-    "wrench_space",
-    "write",
-]
+__all__ = ["BASELINES", "FRAMES", "HANDS", "LESS_IS_BETTER", "PROTOCOLS", "SUFFIXES"]
+__all__ += ["GraspBelief", "GraspObject", "GraspSet", "ObjectFacts", "Source"]
+__all__ += ["Grip", "Hand", "HandFile", "Motion", "ParallelGripper", "Protocol", "WrenchSpace"]
+__all__ += ["ComparedScore", "GraspCalibration", "GraspComparison", "GraspLimits", "GraspScores"]
+__all__ += ["baselines", "calibrate", "compare", "grip", "limits", "recalibrate", "wrench_space"]
+__all__ += ["read", "score", "write"]
 
 check_doors(globals(), __all__)

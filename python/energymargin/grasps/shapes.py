@@ -7,28 +7,17 @@ import hashlib
 import pickle
 from typing import Any
 
-from energymargin import (
-    Box,
-    Capsule,
-    Compound,
-    ConvexHull,
-    Cylinder,
-    Inertial,
-    MassProperties,
-    Part,
-    Sphere,
-)
+import energymargin as em
 
 FIELDS = {
-    Box: ("size",),
-    Sphere: ("radius",),
-    Cylinder: ("radius", "length"),
-    Capsule: ("radius", "length"),
-    ConvexHull: ("points",),
-    Part: ("shape", "position", "orientation"),
-    MassProperties: ("volume", "center", "moments", "axes"),
-    Inertial: ("center", "moments", "axes"),
-    Compound: ("parts", "solid"),
+    em.Box: ("size",),
+    em.Sphere: ("radius",),
+    **dict.fromkeys((em.Cylinder, em.Capsule), ("radius", "length")),
+    em.ConvexHull: ("points",),
+    em.Part: ("shape", "position", "orientation"),
+    em.MassProperties: ("volume", "center", "moments", "axes"),
+    em.Inertial: ("center", "moments", "axes"),
+    em.Compound: ("parts", "solid"),
 }
 """By kind, what it is made of, in the order of its arguments."""
 
@@ -36,12 +25,12 @@ FIELDS = {
 def _reduced(one: Any) -> tuple[Any, tuple[Any, ...]]:
     """The call that makes a shape again, and its arguments, of plain numbers."""
     given = [getattr(one, name) for name in FIELDS[type(one)]]
-    make: Any = {Inertial: _inertial}.get(type(one), type(one))
+    make = _inertial if isinstance(one, em.Inertial) else type(one)
     return make, tuple(value.tolist() if hasattr(value, "tolist") else value for value in given)
 
 
-def _inertial(center: list[float], moments: list[float], axes: list[float]) -> Inertial:
-    return Inertial(center, inertia=moments, axes=axes)
+def _inertial(center: list[float], moments: list[float], axes: list[float]) -> em.Inertial:
+    return em.Inertial(center, inertia=moments, axes=axes)
 
 
 for kind in FIELDS:

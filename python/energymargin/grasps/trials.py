@@ -8,24 +8,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import chain, islice, pairwise, product, repeat
+from itertools import islice, pairwise, product
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from energymargin import (
-    Cancel,
-    Cancelled,
-    CaptureProbability,
-    Plan,
-    Problem,
-    Scene,
-    World,
-    capture_probability,
-    regions,
-)
+import energymargin as em
+from energymargin import Cancel, Cancelled, Plan, Problem, Scene, World, regions
 from energymargin.base.plausibility import kept_warnings
 from energymargin.disturbances import Disturbance, Uniform
 from energymargin.grasps.belief import GraspBelief, GraspDraw
@@ -55,6 +46,7 @@ MOST_SCENES = 100  # that are kept
 LEVER = 0.01  # m; a torque is a force at this distance
 
 COLLIDING = ("lost", "redraw", "retreat")
+COUNTS = ("steps", "unconverged", "lost_time")  # of simulations and of an Outcome
 
 
 @dataclass(frozen=True)
@@ -92,13 +84,10 @@ class GraspTrials:
         self, grasp: Grasp, numbers: Sequence[int], cancel: Cancel | None = None
     ) -> list[str]:
         """How some trials of a grasp end, whose numbers rise."""
-        cuts = [0, *(k for k in range(1, len(numbers)) if self._parts(*numbers[k - 1 : k + 1]))]
-        spans = [range(numbers[a], numbers[b - 1] + 1) for a, b in pairwise([*cuts, len(numbers)])]
+        anew = [bool(self.belief) or b != a + 1 for a, b in pairwise(numbers)]  # the hand closes
+        cuts = [0, *(np.flatnonzero(anew) + 1).tolist(), len(numbers)]
+        spans = [range(numbers[a], numbers[b - 1] + 1) for a, b in pairwise(cuts)]
         return [one.ending for span in spans for one in self._run(grasp, span, cancel)]
-
-    def _parts(self, number: int, other: int) -> bool:
-        """Whether the hand closes anew for another trial."""
-        return bool(self.belief) or other != number + 1
 
     def run(self, grasp: Grasp, number: int, cancel: Cancel | None = None) -> Outcome:
         """Trial `number` of a grasp; -1: with nothing unknown, and without a disturbance.
@@ -114,25 +103,21 @@ class GraspTrials:
         draw = self.draw(numbers[0])
         closed = self.grip(grasp, draw, cancel)
         first = closed.outcome
-        other = first._replace(steps=0, unconverged=0, lost_time=0.0)
+        others = [first._replace(**dict.fromkeys(COUNTS, 0))] * (len(numbers) - 1)
         if first.ending:
-            return [first] + [other] * (len(numbers) - 1)
+            return [first, *others]
         problem = self.problem(closed, draw)
         found = self._rollouts(problem, numbers, cancel)
         times, later = found.exit_times, found.exit_times
         if self.protocol.angle is not None and np.isfinite(times).any():
             alone = problem.replace(captured=self._place(closed))
             later = self._rollouts(alone, numbers, cancel).exit_times
-        first = first._replace(
-            steps=first.steps + found.steps,
-            unconverged=first.unconverged + found.unconverged,
-            lost_time=first.lost_time + found.lost_time,
-        )
+        sums = {name: getattr(first, name) + getattr(found, name) for name in COUNTS}
+        first = first._replace(**sums)
+        endings = map(_ending, times.tolist(), later.tolist())
         return [
-            outcome._replace(ending=_ending(time, of_place), time=time)
-            for outcome, time, of_place in zip(
-                chain([first], repeat(other)), times.tolist(), later.tolist(), strict=False
-            )
+            outcome._replace(ending=ending, time=time)
+            for outcome, ending, time in zip([first, *others], endings, times.tolist(), strict=True)
         ]
 
     def likely_problem(self, grasp: Grasp, cancel: Cancel | None = None) -> Problem:
@@ -168,19 +153,16 @@ class GraspTrials:
         self.scene(wide or np.nan, self.draw(-1), gravity=False)
         self.scene(np.nan, self.draw(0), gravity=False)
         size = float(np.ptp(self.object.corners, axis=0).max())
+        way = "a mesh in mm needs scale=0.001"
         if size > LARGEST:
-            raise ValueError(
-                f"object is {size:.3g} m large, expected at most {LARGEST:g} m: a mesh in mm needs "
-                "scale=0.001"
-            )
+            raise ValueError(f"object is {size:.3g} m large, expected at most {LARGEST:g} m: {way}")
         center = np.append(self.object.center, 1.0)
         away = np.linalg.norm((np.linalg.inv(grasps.poses) @ center)[:, :3], axis=1)
-        if float(np.median(away)) > FAR * size + REACH:
+        if (far := float(np.median(away))) > FAR * size + REACH:
             raise ValueError(
-                f"grasps are {np.median(away):.3g} m from the object's centre of mass in the "
-                f"median, and the object is {size:.3g} m large: poses in another frame or unit? A "
-                "mesh in mm needs scale=0.001; poses in a world's frame need object= of "
-                "em.grasps.read"
+                f"grasps are {far:.3g} m from the object's centre of mass in the median, and the "
+                f"object is {size:.3g} m large: poses in another frame or unit? {way}; poses in a "
+                "world's frame need object= of em.grasps.read"
             )
 
     def start(self, grasp: Grasp, draw: GraspDraw, deep: float = DEEP) -> HandStart:
@@ -188,14 +170,13 @@ class GraspTrials:
         scene, hand = self.scene(grasp.opening, draw, gravity=False)
         world = World(scene)
         placed = self._placed(grasp)
+        away = stepped_back(self.protocol.approach)
         known = draw.number < 0 or self.belief.pose is None
         errors = [np.zeros(6)] if known else self.belief.poses(draw.number, self.seed)
         best, deepest, redrawn = placed, np.inf, -1
         for error in islice(errors, REDRAWS if self.colliding == "redraw" else 1):
             redrawn += 1
-            pose = (
-                placed @ self._with_error(grasp.pose, error) @ stepped_back(self.protocol.approach)
-            )
+            pose = placed @ self._with_error(grasp.pose, error) @ away
             state = state_of(scene, hand, pose, placed)
             depth = -clearance(world, hand, state)
             if depth <= deep:
@@ -260,9 +241,7 @@ class GraspTrials:
         ending = self.ending(world, hand, state, pressed)
         if any(one and other for one, other in pairwise(met)):
             ending = "collided"
-        outcome = Outcome(
-            ending, steps=done.steps, unconverged=done.unconverged, lost_time=done.lost_time
-        )
+        outcome = Outcome(ending, **{name: getattr(done, name) for name in COUNTS})
         return self.closed(scene, hand, state, ending)._replace(outcome=outcome)
 
     def ending(self, world: World, hand: Fitted, state: State, pressed: set[str]) -> str:
@@ -274,10 +253,8 @@ class GraspTrials:
     def closed(self, scene: Scene, hand: Fitted, state: State, ending: str) -> Closed:
         """A state of a scene as that of a hand that has closed."""
         bodies = scene.unpack(state)
-        base, thing = (
-            pose(bodies[name]["position"], bodies[name]["orientation"])
-            for name in (hand.base, "object")
-        )
+        places = (bodies[name] for name in (hand.base, "object"))
+        base, thing = (pose(place["position"], place["orientation"]) for place in places)
         thing[:3, 3] += thing[:3, :3] @ self.object.center
         return Closed(hand, state, base, np.linalg.inv(base) @ thing, Outcome(ending))
 
@@ -294,16 +271,11 @@ class GraspTrials:
             tilts = [regions.Tilt("object", own, there, angle, base) for own, there in ways]
             captured = captured & (tilts[0] & tilts[1])
         weight = draw.mass * GRAVITY
-        return Problem(
-            scene,
-            closed.state,
-            captured=captured,
-            force=(protocol.force * weight,) * 3,
-            torque=(protocol.torque * weight * LEVER,) * 3,
-            duration=protocol.duration,
-            dwell=protocol.dwell,
-            plan=Plan(step=self.step, targets=kept, velocities={hand.base: rows}),
-        )
+        plan = Plan(step=self.step, targets=kept, velocities={hand.base: rows})
+        bounds: Any = {"force": (protocol.force * weight,) * 3}
+        bounds["torque"] = (protocol.torque * weight * LEVER,) * 3
+        times: Any = {"duration": protocol.duration, "dwell": protocol.dwell}
+        return Problem(scene, closed.state, captured=captured, plan=plan, **bounds, **times)
 
     def scene(self, opening: float, draw: GraspDraw, *, gravity: bool) -> tuple[Scene, Fitted]:
         """The hand at the world's origin and the object at its own; with a table at height 0."""
@@ -328,10 +300,9 @@ class GraspTrials:
         down = (0, 0, -GRAVITY if gravity else 0)
         scene = Scene(gravity=down, step=self.step, friction_rule=self.hand.friction_rule)
         hand = self.hand.add_to(scene, force=force, opening=opening)
-        facts: dict[str, Any] = {
-            name: getattr(self.object, name) for name in ("mass", "friction", "inertial")
-        }
-        scene.add_body("object", self.object.shape, **facts, role="object")
+        thing = self.object
+        known: Any = {"mass": thing.mass, "friction": thing.friction, "inertial": thing.inertial}
+        scene.add_body("object", thing.shape, **known, role="object")
         if self.protocol.table:
             scene.add_plane("table", friction=0.5)
         return scene, hand
@@ -354,28 +325,19 @@ class GraspTrials:
     def _place(self, closed: Closed) -> Region:
         """The set in which the object is where it was gripped, in the hand's frame."""
         rules, hand, center = self.protocol, closed.hand, closed.thing[:3, 3]
-        place: Region = regions.Ball(
-            "object", center, rules.radius, hand.base, point="center_of_mass"
-        )
+        at: Any = {"point": "center_of_mass"}
+        place: Region = regions.Ball("object", center, rules.radius, hand.base, **at)
         for one in hand.fingers if rules.touching else ():
             place = place & regions.Touching("object", one, gap=TOUCHING)
         return place
 
     def _rollouts(
         self, problem: Problem, numbers: range, cancel: Cancel | None
-    ) -> CaptureProbability:
-        return capture_probability(
-            problem,
-            disturbance=self.disturbance if numbers[0] >= 0 else Uniform(0.0),
-            rollouts=len(numbers),
-            first=max(numbers[0], 0),
-            seed=self.seed,
-            threads=1,
-            undisturbed=False,
-            most_diverged=1.0,
-            warn=False,
-            cancel=cancel,
-        )
+    ) -> em.CaptureProbability:
+        pushed = self.disturbance if numbers[0] >= 0 else Uniform(0.0)
+        which: Any = {"rollouts": len(numbers), "first": max(numbers[0], 0), "seed": self.seed}
+        plain: Any = {"undisturbed": False, "most_diverged": 1.0, "warn": False, "threads": 1}
+        return em.capture_probability(problem, disturbance=pushed, cancel=cancel, **which, **plain)
 
 
 def _ending(time: float, of_place: float) -> str:

@@ -28,7 +28,7 @@ from energymargin.placing.pushes import Push, Pushes
 from energymargin.placing.releases import Release
 from energymargin.placing.rooms import DROP, Room, named
 from energymargin.placing.settling import settle
-from energymargin.placing.stacks import carrier_of, staying
+from energymargin.placing.stacks import Places, carrier_of, staying
 from energymargin.summary import Summarized
 
 HOLD = 0.1  # s
@@ -185,13 +185,12 @@ def placements(
     else:
         asked = named(poses)
     place = checks.positive_number("radius", radius), checks.positive_number("angle", angle)
-    carrier, letting = carrier_of(scene, plan), None
+    places, letting = Places(*place, carrier_of(scene, plan), {body: height}), None
     _check_hand(hand, plan, grasp, uncertainty)
     if hand is not None:
         letting = Release(scene, body, hand, grasp, release)  # type: ignore[arg-type]
     during = checks.positive_number("horizon", horizon) if plan is None else plan.duration
     lift = checks.not_negative_number("height", height) * up_of(scene)
-    asked_of: dict[str, Any] = {"hold": HOLD, "carrier": carrier, "above": {body: height}}
     blocked: dict[str, str] = {}
     problems: dict[str, Problem] = {}
     starts: dict[str, Floats] = {}
@@ -207,27 +206,17 @@ def placements(
             continue
         with kept_warnings():  # a thing that is let go falls, in each of many problems
             meant = scene, room.state(pose, np.zeros(3))
-            problems[name] = staying(meant, asking, place, **asked_of)
+            problems[name] = staying(meant, asking, places, HOLD)
     if poses is not None:
         _warn_of_air({k: room.nearest(room.state(asked[k], np.zeros(3))) for k in problems})
     if not problems:
         where = ", ".join(sorted(set(blocked.values()))) or "nothing to stand on"
         raise ValueError(f"poses is {len(asked)} candidates, none of which has room: {where}")
-    ranking = rank(
-        problems,
-        rollouts=rollouts,
-        disturbance=Jolts.of(scene, **jolts) if shake or tilt else Uniform(knock),
-        uncertainty=uncertainty,
-        confidence=confidence,
-        tolerance=tolerance,
-        race=race,
-        seed=seed,
-        store=store,
-        threads=threads,
-        executor=executor,
-        progress=progress,
-        **limit.rest(),
-    )
+    disturbance = Jolts.of(scene, **jolts) if shake or tilt else Uniform(knock)
+    draws: Any = {"disturbance": disturbance, "uncertainty": uncertainty, "seed": seed}
+    draws |= {"rollouts": rollouts, "confidence": confidence, "tolerance": tolerance, "race": race}
+    where: Any = {"store": store, "threads": threads, "executor": executor, "progress": progress}
+    ranking = rank(problems, **draws, **where, **limit.rest())
     pushes = _pushes(scene, body, {name: starts[name] for name in ranking.names[:pushed]}, limit)
     there = {name: asked[name] for name in problems}
     return Placements(scene, body, ranking, there, blocked, pushes)
@@ -254,28 +243,25 @@ def _check_hand(
     uncertainty: Uncertainty | None,
 ) -> None:
     """Raises ValueError on what does not go with a hand, or without one."""
-    if hand is None:
-        if grasp is not None:
-            raise ValueError("grasp is given, and no hand has it: expected one, as hand='panda'")
-        return
-    if grasp is None:
-        raise ValueError("grasp is None, expected where the hand holds the body, (4, 4)")
-    if plan is not None:
-        raise ValueError("plan and hand are given, expected one: a support that waits, or no hand")
     known = uncertainty is None or (uncertainty.pose is None and uncertainty.velocity is None)
-    if not known:
-        raise ValueError(
-            "uncertainty has a pose or a velocity, but the hand holds the body: expected friction "
-            "and mass, and errors of its pose as poses of their own"
-        )
+    held, gripped, planned = (one is not None for one in (hand, grasp, plan))
+    way = "expected friction and mass, and errors of its pose as poses of their own"
+    faults = {
+        "grasp is given, and no hand has it: expected one, as hand='panda'": gripped and not held,
+        "grasp is None, expected where the hand holds the body, (4, 4)": held and not gripped,
+        "plan and hand are given, expected one: a support that waits, or no hand": held and planned,
+        f"uncertainty has a pose or a velocity, but the hand holds the body: {way}": held
+        and not known,
+    }
+    for text, wrong in faults.items():
+        if wrong:
+            raise ValueError(text)
 
 
 def _warn_of_air(found: Mapping[str, tuple[float, str]]) -> None:
     """Of poses in which the body rests on nothing."""
-    fall = {name: one for name, one in found.items() if one[0] > DROP}
-    for name, (gap, nearest) in list(fall.items())[:1]:
-        text = (
-            f"{len(fall)} of {len(found)} poses are in the air, as {name!r}, {gap:.3g} m from "
-            f"{nearest!r}, the nearest body: a pose is where the body's frame is when it rests"
-        )
-        warn([("poses", text)], None)
+    fall = [(name, *one) for name, one in found.items() if one[0] > DROP]
+    for name, gap, nearest in fall[:1]:
+        where = f"{gap:.3g} m from {nearest!r}, the nearest body"
+        text = f"{len(fall)} of {len(found)} poses are in the air, as {name!r}, {where}"
+        warn([("poses", f"{text}: a pose is where the body's frame is when it rests")], None)

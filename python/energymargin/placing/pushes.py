@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from energymargin import Scene, World, scenes
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import kept_warnings
-from energymargin.placing.boxes import Boxes, Floats, center_of, frame_of, movable, up_of
+from energymargin.placing.boxes import Boxes, Floats, center_of, frame_of, movable, moved, up_of
 from energymargin.placing.settling import settle
 
 UPWARDS = 0.2  # of a contact's normal, from where on it carries
@@ -185,10 +185,9 @@ class Pushes:
                 height = float((center - pivot) @ self._up)
                 away = max(float((pivot - center) @ direction), 0.0)
                 rise = max(float(np.hypot(height, away)) - height, 1e-3 * abs(height))
-                moves = (("topples", turn, still), ("slides", still, direction))
-                for way, turned, shift in moves:
-                    given = direction, bodies, turned, shift, pivot
-                    yield Kick(way + others, *given, weight * rise)
+                given = direction, bodies
+                yield Kick(f"topples{others}", *given, turn, still, pivot, weight * rise)
+                yield Kick(f"slides{others}", *given, still, direction, pivot, weight * rise)
 
     def _center(self, bodies: Sequence[str]) -> tuple[float, Floats]:
         """Mass [kg] and centre of mass of some bodies."""
@@ -204,9 +203,8 @@ class Pushes:
         them, since a round rim has few contacts."""
         points = np.array(self._points[body]).reshape(-1, 3)
         shape = next(one.shape for one in self._scene.bodies if one.name == body)
-        turn = Rotation.from_quat(self._there[body]["orientation"])
-        corners = turn.apply(np.concatenate(scenes.shape_parts(shape)))
-        corners += self._there[body]["position"]
+        there = self._there[body]["position"], self._there[body]["orientation"]
+        corners = moved(np.concatenate(scenes.shape_parts(shape)), *there)
         hull = _hull(points @ self._plane.T)
         if hull is None:
             return points

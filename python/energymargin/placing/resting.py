@@ -20,16 +20,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from energymargin import (
-    Cancel,
-    Capsule,
-    Compound,
-    Cylinder,
-    Inertial,
-    Sphere,
-    mass_properties,
-    scenes,
-)
+import energymargin as em
+from energymargin import Inertial, mass_properties, scenes
 from energymargin.base import checks
 from energymargin.base.limits import Limit
 from energymargin.base.reprs import Record
@@ -122,7 +114,7 @@ def resting_poses(
     executor: Executor | None = None,
     progress: Callable[[int, int], None] | None = None,
     timeout: float | None = None,
-    cancel: Cancel | None = None,
+    cancel: em.Cancel | None = None,
 ) -> RestingPoses:
     """How can it lie on a plane, how likely is each way, and what does it take to topple it?
 
@@ -159,26 +151,17 @@ def resting_poses(
     checks.seed_number(seed)
     up = checks.numbers_of("on", on, "the normal of a plane, three numbers", (3,))
     up = up / (np.linalg.norm(up) or np.nan)
-    if not up[2] > 0:
-        raise ValueError(f"on is {checks.shown(on)}, expected a normal that points up")
+    checks.require(up[2] > 0, "on", on, "a normal that points up")
     slope = float(np.arctan2(np.hypot(up[0], up[1]), up[2]))
     center = np.array((inertial or properties).center)
-    parts = [part.shape for part in shape.parts] if isinstance(shape, Compound) else [shape]
-    is_round = any(isinstance(part, Sphere | Cylinder | Capsule) for part in parts)
+    parts = [part.shape for part in shape.parts] if isinstance(shape, em.Compound) else [shape]
+    is_round = any(isinstance(part, em.Sphere | em.Cylinder | em.Capsule) for part in parts)
     faces = Faces(np.concatenate(scenes.shape_parts(shape)) - center, is_round)
     basins = faces.basins(merge, slope) if mu >= np.tan(slope) else []
     dropping = Drops(*(shape, mass, mu, inertial, slope, fall, seed, faces.normals, faces.reach))
     ends: dict[int, int] = {}
-    ask(
-        [range(count if basins else 0)],
-        dropping.ends,
-        ends.update,
-        total=count,
-        progress=progress,
-        threads=threads,
-        executor=executor,
-        **limit.rest(),
-    )
+    where: Any = {"threads": threads, "executor": executor, "progress": progress, "total": count}
+    ask([range(count if basins else 0)], dropping.ends, ends.update, **where, **limit.rest())
     done = next(k for k in range(count + 1) if k not in ends)  # those before it, on any threads
     if basins and count and not done:
         limit.require("a drop has ended")
@@ -189,7 +172,7 @@ def resting_poses(
             faces.pose(one.lowest, center),
             one.share,
             float(faces.heights[one.lowest]),
-            faces.largest_tilt(one),
+            faces.way_out(one)[0],
             {other: mass * GRAVITY * rise for other, rise in works[k].items()},
             float(tally[one.faces].sum() / done) if done else np.nan,
         )
@@ -304,7 +287,7 @@ class Faces:
         all alike; what rolls is gone."""
         ways = np.zeros((len(basins), len(basins)))
         for k, (one, works) in enumerate(zip(basins, self.works(basins), strict=True)):
-            tilt, end = self._way_out(one)
+            tilt, end = self.way_out(one)
             if tilt >= slope:
                 ways[k, k] = 1.0
             elif end not in one.faces:
@@ -328,13 +311,9 @@ class Faces:
                 found[a][int(b)] = min(found[a].get(int(b), np.inf), rise)
         return [dict(sorted(one.items(), key=lambda item: item[1])) for one in found]
 
-    def largest_tilt(self, basin: Basin) -> float:
-        """Slope up to which it stays [rad]."""
-        return self._way_out(basin)[0]
-
-    def _way_out(self, basin: Basin) -> tuple[float, int]:
+    def way_out(self, basin: Basin) -> tuple[float, int]:
         """The steepest slope that is needed on the way from face to face to another pose, or to a
-        turn by ROLLED [rad], and the face there."""
+        turn by ROLLED [rad], up to which it stays; and the face there."""
         tilts = np.arctan2(self.inside, self.heights[self.one])
         if self._is_round:
             tilts[_dots(self.normals[self.one], self.normals[self.other]) > FACETS] = 0.0

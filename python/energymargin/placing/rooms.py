@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from energymargin import Plane, Scene, World, scenes
 from energymargin.base import checks
 from energymargin.base.limits import Limit
-from energymargin.placing.boxes import Floats, frame_of
+from energymargin.placing.boxes import Floats, frame_of, moved
 
 INSIDE = 1e-4  # m; a thing that is deeper in another one has no room
 LEVEL = 1e-3  # m, of the top of a part
@@ -76,8 +76,7 @@ class Room:
                 pose = self._standing(turn, place, frame[2])
                 x, y, z = pose[:3, 3]
                 found.append((margin, f"{name}.{number} ({x:.3f}, {y:.3f}, {z:.3f})", pose))
-        if not found:
-            raise ValueError(f"on is {list(on)}, expected supports with a top, or give poses")
+        checks.require(found, "on", list(on), "supports with a top, or give poses")
         return {name: pose for _, name, pose in sorted(found, key=lambda one: -one[0])}
 
     def _standing(self, turn: Rotation, place: Floats, up: Floats) -> Floats:
@@ -103,10 +102,8 @@ class Room:
         """Corners of the top of each convex part, (N, 3), of supports, and how that leans."""
         there = scenes.body_poses(self._scene, self._state)
         for name in on:
-            position, orientation = there[name]
             for part in scenes.shape_parts(self._shapes[name]):
-                corners = Rotation.from_quat(orientation).apply(part) + position
-                yield name, *_top_of(corners, self._frame[2])
+                yield name, *_top_of(moved(part, *there[name]), self._frame[2])
 
 
 def _top_of(corners: Floats, up: Floats) -> tuple[Floats, Rotation]:
@@ -118,9 +115,8 @@ def _top_of(corners: Floats, up: Floats) -> tuple[Floats, Rotation]:
     level = corners[heights > heights.max() - LEVEL]
     if len(level) >= len(top):
         return level, Rotation.identity()
-    lean, _ = Rotation.align_vectors(
-        [face[:3], np.cross(up, face[:3])], [up, np.cross(up, face[:3])]
-    )
+    across = np.cross(up, face[:3])
+    lean, _ = Rotation.align_vectors([face[:3], across], [up, across])
     return top, lean
 
 
@@ -132,11 +128,9 @@ def points_in(top: Floats, frame: Floats, spacing: float) -> list[tuple[float, F
     except (QhullError, ValueError):
         return []
     low, high = flat.min(axis=0), flat.max(axis=0)
-    if (count := float(np.prod(1.0 + (high - low) / spacing))) > MOST:
-        raise ValueError(
-            f"spacing is {spacing:g}, expected a larger one: it makes {count:.0f} candidates of a "
-            f"top, more than {MOST}"
-        )
+    count = float(np.prod(1.0 + (high - low) / spacing))
+    larger = f"a larger one: it makes {count:.0f} candidates of a top, more than {MOST}"
+    checks.require(count <= MOST, "spacing", spacing, larger)
     ways = [np.arange(0.0, (b - a) / 2 + 1e-9, spacing) for a, b in zip(low, high, strict=True)]
     sides = [np.unique(np.concatenate([-way, way])) for way in ways]
     points = 0.5 * (low + high) + np.stack(np.meshgrid(*sides, indexing="ij"), -1).reshape(-1, 2)
@@ -157,7 +151,7 @@ def named(poses: Mapping[str, ArrayLike] | ArrayLike) -> dict[str, Floats]:
     for name, pose in found.items():
         turn = pose[:3, :3]
         skew = np.abs(turn @ turn.T - np.eye(3)).max() + np.abs(pose[3] - [0, 0, 0, 1]).max()
-        if skew > ROUNDED or np.linalg.det(turn) < 0:
-            said = "a rotation and a place, with the last row 0, 0, 0, 1, and a scale of 1"
-            raise ValueError(f"poses[{name!r}] is {checks.shown(pose)}, expected {said}")
+        right = skew <= ROUNDED and np.linalg.det(turn) >= 0
+        said = "a rotation and a place, with the last row 0, 0, 0, 1, and a scale of 1"
+        checks.require(right, f"poses[{name!r}]", pose, said)
     return found

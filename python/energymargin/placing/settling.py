@@ -10,19 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin import Cancel, Scene, World, scenes
-from energymargin.base.checks import positive_number
+from energymargin.base.checks import by_name, positive_number
 from energymargin.base.limits import Limit
 from energymargin.base.reprs import Record
 from energymargin.base.table_text import csv_text
-from energymargin.placing.boxes import (
-    Boxes,
-    Floats,
-    farthest,
-    lowest,
-    movable,
-    require_contacts,
-    up_of,
-)
+from energymargin.placing import boxes
+from energymargin.placing.boxes import Boxes, Floats, farthest, movable, up_of
 from energymargin.summary import Summarized
 
 LOOKS = 10  # within the time for which nothing may move
@@ -100,10 +93,7 @@ class Settled(Record, Summarized):
 
     def __getitem__(self, name: str) -> RestingBody:
         """A body by its name; KeyError if there is none that moves."""
-        known = {body.name: body for body in self.bodies}
-        if name not in known:
-            raise KeyError(f"{name!r} is no body that moves; there are: {', '.join(known)}")
-        return known[name]
+        return by_name(name, {body.name: body for body in self.bodies}, "body that moves")
 
     def to_csv(self) -> str:
         """A line for each body, in full precision."""
@@ -152,7 +142,7 @@ def settle(
     if time < during:
         raise ValueError(f"time is {time:g}, expected at least during, {during:g}")
     up_of(scene)
-    require_contacts(scene, "settle is asked")
+    boxes.require_contacts(scene, "settle is asked")
     if not movable(scene):
         raise ValueError("scene has no body that can move: is its base meant to be free?")
     start = np.array(scene.pack() if state is None else state, float)
@@ -176,7 +166,7 @@ class _Settling:
         self._world, self._scene, self._start = World(scene), scene, start
         self._names = movable(scene)
         self._boxes, self._still, self._tolerance = Boxes(scene, self._names), still, tolerance
-        self._bottom = lowest(scene, start)
+        self._bottom = boxes.lowest(scene, start)
         moving = [body.name for body in scene.bodies if body.kinematic]  # as a lift, which descends
         self._carriers = Boxes(scene, moving)
         self._first = self._anchor = self._boxes.at(start)
@@ -211,9 +201,9 @@ class _Settling:
         try:
             found = self._world.simulate(self.state, steps, record=record, **limit.rest())
         except (RuntimeError, TimeoutError):
+            self._complete = False
             if not limit.reached:
                 raise
-            self._complete = False
             return False
         begun = self._time
         for after, state in zip(found.times, found.states, strict=True):
@@ -239,34 +229,22 @@ class _Settling:
         here, there = (scenes.body_poses(self._scene, s) for s in (self._start, self.state))
         corners = self._boxes.at(self.state)
         ways = farthest(corners, self._first)
-        rest = self._rests(during)
         touching: dict[str, set[str]] = {name: set() for name in self._names}
         for c in self._world.contacts(self.state):
             for one, other in ((c.body_a, c.body_b), (c.body_b, c.body_a)):
                 if one in touching and c.normal_force > 0:
                     touching[one].add(other)
+        turned = [angle_between(here[name][1], there[name][1]) for name in self._names]
+        dropped = [self._up @ way.mean(axis=0) for way in self._first - corners]
+        rest_at = np.where(self._rests(during), self._since, np.inf)
+        columns = (ways, turned, dropped, self._moved_at, rest_at)
         bodies = [
-            RestingBody(
-                name,
-                float(ways[k]),
-                angle_between(here[name][1], there[name][1]),
-                float(self._up @ (self._first[k] - corners[k]).mean(axis=0)),
-                float(self._moved_at[k]),
-                float(self._since[k]) if rest[k] else np.inf,
-                bool(self._out[k]),
-                tuple(sorted(touching[name])),
-            )
-            for k, name in enumerate(self._names)
+            RestingBody(name, *map(float, figures), bool(out), tuple(sorted(touching[name])))
+            for name, out, *figures in zip(self._names, self._out, *columns, strict=True)
         ]
-        return Settled(
-            self._scene,
-            self._start,
-            self.state,
-            tuple(bodies),
-            self._overlaps,
-            self._tolerance,
-            *(self._time, self.steps, self._unconverged, self._complete),
-        )
+        counts = (self._time, self.steps, self._unconverged, self._complete)
+        places = (self._start, self.state, tuple(bodies), self._overlaps)
+        return Settled(self._scene, *places, self._tolerance, *counts)
 
 
 def angle_between(one: ArrayLike, other: ArrayLike) -> float:

@@ -13,18 +13,7 @@ from energymargin.act.monitor.readings import Counters, Reading
 from energymargin.base.doors import check_doors
 from energymargin.evaluate.futures import or_success
 
-__all__ = [
-    "Alarm",
-    "Alarms",
-    "Conditions",
-    "Counters",
-    "Monitor",
-    "Reading",
-    "Threshold",
-    "alarms",
-    "first_loss",
-    "or_success",
-    "threshold",
-]
+__all__ = ["Alarm", "Alarms", "Conditions", "Counters", "Monitor", "Reading", "Threshold"]
+__all__ += ["alarms", "first_loss", "or_success", "threshold"]
 
 check_doors(globals(), __all__)

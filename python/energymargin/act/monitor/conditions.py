@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from energymargin.base.checks import positive_number, shown, whole_number
+from energymargin.base.checks import positive_number, require, shown, whole_number
 from energymargin.disturbances import Disturbance, Uniform, text_of
 
 SHARE = 0.7  # of a period that a score takes; the rest is for what else the machine does
@@ -40,8 +40,8 @@ class Pace:
         mean = cost if self._cost is None else MEMORY * self._cost + (1 - MEMORY) * cost
         self._cost = mean
         fitting = int(max(self._budget - asking, 0.0) / max(mean, cost, 1e-9))
-        growing = int(FASTEST * self.rollouts)
-        self.rollouts = min(max(min(fitting, growing), self._least), self._most)
+        wanted = min(fitting, int(FASTEST * self.rollouts))
+        self.rollouts = min(max(wanted, self._least), self._most)
 
 
 @dataclass(frozen=True)
@@ -68,23 +68,21 @@ class Conditions:
 
     def require(self, rollouts: Rollouts, period: float, disturbance: Any) -> None:
         """Raises ValueError unless a monitor's scores are made like these."""
-        if rollouts != self.rollouts:
-            self._refuse("rollouts", rollouts, self.rollouts)
-        if not _same(period, self.period):
-            self._refuse("period", period, self.period)
-        if not _is_same_disturbance(disturbance, self.disturbance):
-            self._refuse("disturbance", disturbance, self.disturbance)
+        self._require("rollouts", rollouts, rollouts == self.rollouts)
+        self._require("period", period, _same(period, self.period))
+        alike = _is_same_disturbance(disturbance, self.disturbance)
+        self._require("disturbance", disturbance, alike)
 
     def require_horizon(self, horizon: float | None) -> None:
         """Raises ValueError unless a question's horizon [s] is this one."""
-        if horizon is None or not _same(horizon, self.horizon):
-            self._refuse("the problem's horizon", horizon, self.horizon)
+        alike = horizon is not None and _same(horizon, self.horizon)
+        self._require("horizon", horizon, alike, of="the problem's ")
 
-    def _refuse(self, name: str, value: Any, expected: Any) -> None:
-        raise ValueError(
-            f"{name} is {shown(value)}, but the alarm's threshold holds for {shown(expected)}: "
-            f"take that, or calibrate a threshold with scores of {shown(value)}"
-        )
+    def _require(self, name: str, value: Any, alike: bool, of: str = "") -> None:
+        if not alike:
+            holds = f"but the alarm's threshold holds for {shown(getattr(self, name))}"
+            way = f"take that, or calibrate a threshold with scores of {shown(value)}"
+            raise ValueError(f"{of}{name} is {shown(value)}, {holds}: {way}")
 
 
 def _same(first: float, second: float) -> bool:
@@ -102,10 +100,7 @@ def _is_same_disturbance(first: Any, second: Any) -> bool:
 
 def _checked_rollouts(rollouts: Rollouts) -> tuple[int, int]:
     """(least, most) of a number of rollouts, or of these two; ValueError on others."""
-    if not isinstance(rollouts, tuple):
-        count = whole_number("rollouts", rollouts, 1)
-        return count, count
-    if len(rollouts) != 2:
-        raise ValueError(f"rollouts is {rollouts!r}, expected a number, or (least, most)")
-    least = whole_number("rollouts", rollouts[0], 1)
-    return least, whole_number("rollouts", rollouts[1], least)
+    ends = rollouts if isinstance(rollouts, tuple) else (rollouts, rollouts)
+    require(len(ends) == 2, "rollouts", rollouts, "a number, or (least, most)")
+    least = whole_number("rollouts", ends[0], 1)
+    return least, whole_number("rollouts", ends[1], least)
