@@ -18,7 +18,6 @@ from energymargin.act.trials import Trials
 from energymargin.base.checks import function_of
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import warn
-from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
 from energymargin.evaluate.executors.choice import Executor
 from energymargin.model.beliefs.belief import Belief, numbered_particle
@@ -35,7 +34,7 @@ OutcomesOf = Callable[[float, Sequence[int]], Any]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CriticalValue(Record, Summarized):
+class CriticalValue(Summarized):
     """Where a probability crosses the one that is asked for."""
 
     quantity: str

@@ -18,7 +18,6 @@ from energymargin.act.quantities import Quantity, quantity_of
 from energymargin.act.scale import Scale
 from energymargin.base.checks import check_type, function_of, open_share, shown, whole_number
 from energymargin.base.limits import Limit
-from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
 from energymargin.evaluate.searches import algorithm
 from energymargin.model.beliefs.uncertainty import Uncertainty
@@ -84,7 +83,7 @@ class CriticalValues(Sequence[CriticalValue], Summarized):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CriticalCurve(Record, Summarized):
+class CriticalCurve(Summarized):
     """Critical values of one quantity along another."""
 
     quantity: str

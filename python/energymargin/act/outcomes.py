@@ -18,7 +18,6 @@ from scipy.special import betaln, xlog1py, xlogy
 
 from energymargin.act.racing import Duel
 from energymargin.base.checks import open_share, shown
-from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
 
 Vector = NDArray[np.float64]
@@ -29,7 +28,7 @@ KINDS = ("success", "sum_reward")  # what a file says of each episode, the bette
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class OutcomeComparison(Record, Summarized):
+class OutcomeComparison(Summarized):
     """What the outcomes of two policies say."""
 
     means: tuple[float, float]

@@ -13,8 +13,6 @@ from scipy.spatial.transform import Rotation
 
 from energymargin import Box, Scene, World
 from energymargin.base.checks import check_shape, one_of, positive_number, shown
-from energymargin.base.reprs import Record
-from energymargin.grasps.depths import clearance
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet
 from energymargin.grasps.hands import Hand, ParallelGripper
@@ -22,6 +20,7 @@ from energymargin.grasps.outcomes import Grasp
 from energymargin.grasps.protocols import Protocol
 from energymargin.grasps.scores import grasp_of
 from energymargin.grasps.scoring import trials_of
+from energymargin.grasps.starts import clearance
 from energymargin.grasps.trials import GraspTrials
 from energymargin.summary import Summarized
 
@@ -35,7 +34,7 @@ Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class GraspCalibration(Record, Summarized):
+class GraspCalibration(Summarized):
     """By how much the hand was recorded too far along its approach, by group."""
 
     grasps: tuple[GraspSet, ...]

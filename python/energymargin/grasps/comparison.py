@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin.base.checks import check_shape, check_type, whole_number
-from energymargin.base.reprs import Record
 from energymargin.base.table_text import csv_text
 from energymargin.evaluation import DRAWS, Cell, Compared, bootstrap, cell_of
 from energymargin.grasps.baselines import LESS_IS_BETTER, baselines
@@ -43,7 +42,7 @@ class ComparedScore:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class GraspComparison(Record, Summarized):
+class GraspComparison(Summarized):
     """Scores of grasps beside their labels."""
 
     scores: dict[str, ComparedScore]

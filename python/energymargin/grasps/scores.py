@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 from energymargin import Problem
 from energymargin.base.checks import check_shape, not_negative_number, share
 from energymargin.base.plausibility import kept_warnings
-from energymargin.base.reprs import Record
 from energymargin.base.table_text import csv_text
 from energymargin.grasps.grasp_set import GraspSet
 from energymargin.grasps.outcomes import ENDINGS, NO_GRIP, Grasp
@@ -35,7 +34,7 @@ LOOSE = 0.01  # share of the steps
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class GraspScores(Record, Summarized):
+class GraspScores(Summarized):
     """How n grasps fared in K trials each."""
 
     grasps: GraspSet

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import math
 import time
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
-from dataclasses import replace
+from dataclasses import astuple, dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -17,21 +18,22 @@ from energymargin import Cancel, Cancelled, margin_profile
 from energymargin.base.checks import check_type, one_of, positive_number, seed_number, whole_number
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import kept_warnings, warn
-from energymargin.disturbances import Disturbance, Uniform
-from energymargin.executors import Executor, ask
+from energymargin.disturbances import Disturbance, Uniform, text_of
+from energymargin.executors import Executor, Kept, ask
 from energymargin.grasps.belief import GraspBelief, lab
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet
 from energymargin.grasps.hands import Hand
-from energymargin.grasps.outcomes import ENDINGS, Grasp
+from energymargin.grasps.outcomes import ENDINGS, Grasp, Outcome
 from energymargin.grasps.presets import preset
 from energymargin.grasps.protocols import Protocol, protocol_of
-from energymargin.grasps.rows import GraspRow, KeptRows
 from energymargin.grasps.scores import GraspScores, grasp_of
 from energymargin.grasps.trials import COLLIDING, STEP, GraspTrials
+from energymargin.store import AnswerFile
 
 ROLLOUTS = 30
 EVERY = 0.5  # s between the moments whose efforts are searched
+OF_TRIALS = ("hand", "object", "protocol", "belief")
 
 
 def score(
@@ -90,18 +92,13 @@ def score(
     Raises ValueError on bad arguments, and on a file of something else. Warns, as
     PlausibilityWarning, of what speaks against the scores; `warnings` has the same texts.
     """
-    trials = trials_of(
-        *(grasps, hand, object, protocol),
-        belief=belief,
-        disturbance=disturbance,
-        colliding=colliding,
-        seed=seed,
-        step=step,
-    )
+    asked: Any = {"belief": belief, "disturbance": disturbance, "colliding": colliding}
+    trials = trials_of(grasps, hand, object, protocol, **asked, seed=seed, step=step)
     count = whole_number("rollouts", rollouts, 1)
     nodes = None if effort is None else whole_number("effort", effort, 1)
     limit, there = Limit(timeout, cancel), 0
     scores = GraspScores.before(grasps, trials, count)
+    where: Any = {"threads": threads, "executor": executor, "progress": progress}
 
     def note(rows: Sequence[tuple[Grasp, GraspRow]]) -> None:
         nonlocal scores, there
@@ -109,15 +106,13 @@ def score(
         for _, row in rows:
             _put(scores, row)
 
-    with nullcontext() if store is None else KeptRows(store, trials, count, nodes) as kept:
+    with nullcontext() if store is None else _kept(store, trials, count, nodes) as kept:
         ask(
             [[grasp_of(grasps, number) for number in range(len(grasps))]],
             *(partial(score_grasps, trials, count, nodes), note),
             kept=None if kept is None else kept.rows,
             total=len(grasps),
-            progress=progress,
-            threads=threads,
-            executor=executor,
+            **where,
             **limit.rest(),
         )
     if there == 0:
@@ -149,16 +144,9 @@ def trials_of(
     belief = GraspBelief() if belief is None else belief
     check_type("belief", belief, GraspBelief, "an em.grasps.GraspBelief, or 'lab'")
     one_of("colliding", colliding, COLLIDING)
-    trials = GraspTrials(
-        hand,
-        object,
-        protocol_of(protocol),
-        belief,
-        Uniform() if disturbance is None else disturbance,
-        colliding,
-        seed_number(seed),
-        positive_number("step", step),
-    )
+    pushed = Uniform() if disturbance is None else disturbance
+    asked = (protocol_of(protocol), belief, pushed, colliding, seed_number(seed))
+    trials = GraspTrials(hand, object, *asked, positive_number("step", step))
     trials.check(grasps)
     return trials
 
@@ -212,3 +200,55 @@ def _put(scores: GraspScores, row: GraspRow) -> None:
     scores.endings[k] = [ENDINGS.index(ending) for ending in endings]
     scores.times[k], scores.redrawn[k], scores.back[k] = times, redrawn, back
     scores.steps[k], scores.unconverged[k], scores.lost_time[k] = map(sum, sums)
+
+
+@dataclass(frozen=True)
+class GraspRow:
+    """What a worker found out about a grasp."""
+
+    number: int
+    outcomes: tuple[Outcome, ...] = ()
+    likely: Outcome | None = None
+    effort: float = math.nan
+    seconds: float = 0.0
+    error: str | None = None
+
+
+class KeptRows(AnswerFile):
+    """A store, and what its rows depend on beside the grasp."""
+
+    def __init__(
+        self,
+        store: str | Path,
+        trials: GraspTrials,
+        *more: Any,
+        read: Callable[[Grasp, bytes], Any],
+        written: Callable[[Any], bytes | None],
+    ) -> None:
+        """`more`: what is asked besides. `read` and `written`: rows as bytes.
+
+        Errors: as AnswerFile. Raises ValueError on a disturbance or a belief that cannot be written
+        down.
+        """
+        asked = {name: getattr(trials, name).text for name in OF_TRIALS}
+        asked |= {name: getattr(trials, name) for name in ("colliding", "seed", "step")}
+        self._asked = json.dumps([asked, text_of(trials.disturbance), *more])
+        super().__init__(store, create=True)
+        self.rows = Kept[Grasp, Any](self, self._digest, read, written)
+
+    def _digest(self, grasp: Grasp) -> bytes:
+        return self.key(self._asked, grasp.opening, grasp.pose.tobytes(), grasp.placed.tobytes())
+
+
+def _kept(store: str | Path, trials: GraspTrials, count: int, nodes: int | None) -> KeptRows:
+    return KeptRows(store, trials, count, nodes, read=_read, written=_written)
+
+
+def _read(grasp: Grasp, content: bytes) -> GraspRow:
+    outcomes, likely, *others = json.loads(content)
+    made = tuple(Outcome(*one) for one in outcomes)
+    return GraspRow(grasp.number, made, Outcome(*likely), *others)
+
+
+def _written(row: GraspRow) -> bytes | None:
+    return None if row.error is not None else json.dumps(astuple(row)[1:]).encode()

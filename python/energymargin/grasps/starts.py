@@ -1,20 +1,21 @@
-"""Where a hand begins: states of an open hand beside an object."""
+"""Where a hand begins: states of an open hand beside an object, and how deep it is in anything."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from energymargin import Contact, Scene, World
+from energymargin import Compound, Contact, Plane, Scene, World, mass_properties
 from energymargin.grasps.hands import Fitted
 from energymargin.grasps.outcomes import Pose, State
-from energymargin.scenes import pose
+from energymargin.scenes import pose, shape_parts
 
-__all__ = ["above_table", "approach_of", "hand_force", "state_of", "stepped_back"]
+SUNK = 0.5  # share of the thinner body's half extent; a Problem refuses a state that is deeper
 
 
 def state_of(scene: Scene, hand: Fitted, grasp: Pose, placed: Pose) -> State:
@@ -60,3 +61,35 @@ def hand_force(contacts: Iterable[Contact], hand: Fitted) -> float:
         for contact in contacts
         if (contact.body_a in hand.bodies) != (contact.body_b in hand.bodies)
     )
+
+
+def clearance(world: World, hand: Fitted, state: State) -> float:
+    """From the hand to all else, negative in it [m].
+
+    `World.contacts` would tell of the end of a step in which the drives close the fingers.
+    """
+    others = [body.name for body in world.scene.bodies if body.name not in hand.bodies]
+    return min(world.distance(state, one, other) for one in hand.bodies for other in others)
+
+
+def is_sunk(world: World, hand: Fitted, state: State) -> bool:
+    """Whether two bodies are so deep in each other that no Problem can start there, of which one at
+    least is not of the hand."""
+    extents = {body.name: smallest_half_extent(body.shape) for body in world.scene.bodies}
+    return any(
+        world.distance(state, a, b) < -SUNK * min(extents[a], extents[b])
+        for a, b in combinations(extents, 2)
+        if not {a, b} <= set(hand.bodies)
+    )
+
+
+def smallest_half_extent(shape: Any) -> float:
+    """Half the extent of a shape along its thinnest principal axis [m], of several parts that of
+    the thickest one; inf of a plane, and without parts."""
+    if isinstance(shape, Plane):
+        return np.inf
+    extents = []
+    for solid in (part.shape for part in shape.parts) if isinstance(shape, Compound) else (shape,):
+        axes = pose((0, 0, 0), mass_properties(solid).axes)[:3, :3]
+        extents.append(np.ptp(shape_parts(solid)[0] @ axes, axis=0).min())
+    return float(max(extents, default=np.inf)) / 2

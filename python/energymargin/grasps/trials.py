@@ -19,14 +19,14 @@ import energymargin as em
 from energymargin import Cancel, Cancelled, Plan, Problem, Scene, World, regions
 from energymargin.base.plausibility import kept_warnings
 from energymargin.disturbances import Disturbance, Uniform
+from energymargin.grasps import starts
 from energymargin.grasps.belief import GraspBelief, GraspDraw
-from energymargin.grasps.depths import clearance, is_sunk
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet
 from energymargin.grasps.hands import Fitted, Hand
 from energymargin.grasps.outcomes import NO_GRIP, Closed, Grasp, HandStart, Outcome, Pose, State
 from energymargin.grasps.protocols import GRAVITY, Protocol
-from energymargin.grasps.starts import above_table, approach_of, hand_force, state_of, stepped_back
+from energymargin.grasps.starts import clearance, state_of, stepped_back
 from energymargin.regions import Region
 from energymargin.scenes import pose
 
@@ -180,7 +180,7 @@ class GraspTrials:
             state = state_of(scene, hand, pose, placed)
             depth = -clearance(world, hand, state)
             if depth <= deep:
-                return HandStart(above_table(world, hand, state), redrawn)
+                return HandStart(starts.above_table(world, hand, state), redrawn)
             if depth < deepest:
                 best, deepest = pose, depth
         back = 0.0
@@ -188,7 +188,7 @@ class GraspTrials:
             back += BACK
             state = state_of(scene, hand, best @ stepped_back(back), placed)
             if -clearance(world, hand, state) <= deep:
-                return HandStart(above_table(world, hand, state), redrawn, back)
+                return HandStart(starts.above_table(world, hand, state), redrawn, back)
         return HandStart(None, redrawn)
 
     def open_state(self, grasp: Grasp, draw: GraspDraw) -> State:
@@ -220,7 +220,7 @@ class GraspTrials:
             for name, ends in hand.targets.items()
         }
         moves = np.zeros((coming + rows, 6))
-        moves[:coming, :3] = APPROACH * approach_of(scene, hand, start)
+        moves[:coming, :3] = APPROACH * starts.approach_of(scene, hand, start)
         world = World(scene, Plan(step=self.step, targets=ways, velocities={hand.base: moves}))
         steps = coming + rows + round(self.protocol.settle / self.step)
         looks = range(1, coming + 1, max(1, round(LOOK / self.step)))
@@ -237,7 +237,7 @@ class GraspTrials:
             if contact.normal_force > 0 and "object" in (contact.body_a, contact.body_b)
             for body in (contact.body_a, contact.body_b)
         }
-        met = [hand_force(contacts, hand) > BUMP for contacts in done.contacts[:-1]]
+        met = [starts.hand_force(contacts, hand) > BUMP for contacts in done.contacts[:-1]]
         ending = self.ending(world, hand, state, pressed)
         if any(one and other for one, other in pairwise(met)):
             ending = "collided"
@@ -248,7 +248,7 @@ class GraspTrials:
         """That of a hand which has closed, as of Closed: `pressed` are what touches the object."""
         if not pressed >= set(hand.fingers):
             return "not gripped"
-        return "collided" if is_sunk(world, hand, state) else ""
+        return "collided" if starts.is_sunk(world, hand, state) else ""
 
     def closed(self, scene: Scene, hand: Fitted, state: State, ending: str) -> Closed:
         """A state of a scene as that of a hand that has closed."""

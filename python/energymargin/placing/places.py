@@ -16,7 +16,6 @@ from energymargin.actions import Ranking, Standing
 from energymargin.base import checks
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import kept_warnings, warn
-from energymargin.base.reprs import Record
 from energymargin.base.table_text import csv_text
 from energymargin.beliefs import Uncertainty
 from energymargin.disturbances import Uniform
@@ -36,7 +35,7 @@ DURING = 1.0  # s
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Placements(Record, Summarized):
+class Placements(Summarized):
     """Candidates from the best to the worst, and what each of them takes."""
 
     scene: Scene

@@ -68,7 +68,7 @@ class RestingPose(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RestingPoses(Record, Summarized):
+class RestingPoses(Summarized):
     """All ways in which a body can lie on a plane, the most probable first."""
 
     shape: Any

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from energymargin import Cancel, Scene, World, scenes
 from energymargin.base.checks import by_name, positive_number
 from energymargin.base.limits import Limit
-from energymargin.base.reprs import Record
 from energymargin.base.table_text import csv_text
 from energymargin.placing import boxes
 from energymargin.placing.boxes import Boxes, Floats, farthest, movable, up_of
@@ -52,7 +51,7 @@ class RestingBody:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Settled(Record, Summarized):
+class Settled(Summarized):
     """How a scene came to rest."""
 
     scene: Scene

@@ -16,7 +16,6 @@ from energymargin import CriticalValue, Plan, Problem, Scene, regions, scenes
 from energymargin.base import checks
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import warn
-from energymargin.base.reprs import Record
 from energymargin.base.table_text import csv_text
 from energymargin.disturbances import Uniform
 from energymargin.executors import Executor
@@ -35,7 +34,7 @@ HOLD = 0.3  # s, of a knock at most
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class StackRobustness(Record, Summarized):
+class StackRobustness(Summarized):
     """What each body of a stack takes, and how much its support may move."""
 
     scene: Scene

@@ -21,7 +21,6 @@ from energymargin.act.surrogates.model import Estimates, Model, Quality
 from energymargin.base.checks import numbers_of, seed_number, share, shown
 from energymargin.base.metrics import is_likelihood
 from energymargin.base.replacing import replaced
-from energymargin.base.reprs import Record
 from energymargin.datasets import Dataset
 from energymargin.evaluation import HORIZON, compared_states
 from energymargin.searches import algorithm
@@ -35,7 +34,7 @@ SAMPLE = 60  # states whose problems tell what never changes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Surrogate(Record, Summarized):
+class Surrogate(Summarized):
     """A score of a store, learned: `surrogate(states)` takes microseconds a state.
 
     `Surrogate.learn` makes one; `save` and `load` keep it in a file.
