@@ -11,7 +11,7 @@ choice errs towards the policy.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from statistics import NormalDist
@@ -115,32 +115,29 @@ class SafestAction:
     cancel: Cancel | None = None
 
     def of(
-        self, count: int, problem_of: Callable[[int], Problem], seed: int, otherwise: int = 0
+        self, problems: Sequence[Callable[[], Problem]], seed: int, otherwise: int = 0
     ) -> Choice:
-        """The choice among `count` actions, by the problems in which the robot takes each of them.
+        """The choice among actions, by functions that make the problems in which the robot takes
+        each of them, the policy's first.
 
         If the best one does not reach `least`, the most probable one is taken that does; if none
         does, that of the number `otherwise`. Raises Cancelled once the cancel is set.
         """
         settings, asked = replace(self.settings, seed=seed), list[CaptureProbability]()
-        where: Any = {
-            "threads": self.threads,
-            "cancel": self.cancel,
-            "disturbance": self.disturbance,
-        }
+        rules: Any = OF_ROLLOUTS | {"disturbance": self.disturbance}
+        where: Any = {"threads": self.threads, "cancel": self.cancel}
 
         @cache
         def probability(number: int) -> CaptureProbability:
-            problem = problem_of(number)
-            found = metric_search(problem, "probability", settings, **where, **OF_ROLLOUTS)
+            found = metric_search(problems[number](), "probability", settings, **rules, **where)
             if not found.complete:
                 raise Cancelled("cancelled before an action was chosen")
             asked.append(found)
             return found
 
-        number, probabilities = choose(count, probability, self.confidence)
+        number, probabilities = choose(len(problems), probability, self.confidence)
         if self.least is not None and not probabilities[number] >= self.least:
-            probabilities = np.array([_share_of(probability(k)) for k in range(count)])
+            probabilities = np.array([_share_of(probability(k)) for k in range(len(problems))])
             known = np.nan_to_num(probabilities, nan=-1.0)
             number = int(np.argmax(known))
             if known[number] < self.least:

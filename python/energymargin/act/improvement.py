@@ -121,22 +121,18 @@ class Improvement(Summarized):
         before, after = (value_text(metric, s.score) for s in (self.before, self.after))
         if self.ranking.best == START:
             return f"the start is the best that was found: {metric} {before}"
-        return (
-            f"{metric} {before} at the start, {after} with the plan that was found; of "
-            f"{self._duel.draws} draws it gains {self._duel.wins} and loses {self._duel.losses}"
-        )
+        one = self._duel
+        gains = f"of {one.draws} draws it gains {one.wins} and loses {one.losses}"
+        return f"{metric} {before} at the start, {after} with the plan that was found; {gains}"
 
     def to_csv(self) -> str:
         """A line for each plan that was tried, in full precision: generation, the factor of the
         disturbance, the score, the values of the parameters."""
         low, high = np.array(list(self.ranges.values())).T
-        rows = [
-            (number, one.factor, score, *values)
-            for number, one in enumerate(self.generations, 1)
-            for score, values in zip(
-                one.scores.tolist(), (low + one.points * (high - low)).tolist(), strict=True
-            )
-        ]
+        rows = []
+        for number, one in enumerate(self.generations, 1):
+            columns = np.column_stack([one.scores, low + one.points * (high - low)])
+            rows += [(number, one.factor, *row) for row in columns.tolist()]
         return csv_text(("generation", "factor", "score", *self.parameters), rows)
 
     @cached_property
@@ -213,8 +209,7 @@ def improve(
     seed, nodes = seed_number(seed), whole_number("nodes", nodes, 1)
     question = Question(metric, disturbance, seed, nodes)
     one_of("method", method, METHODS)
-    budget = whole_number("budget", budget, 1)
-    rollouts = whole_number("rollouts", rollouts, 1)
+    budget, rollouts = whole_number("budget", budget, 1), whole_number("rollouts", rollouts, 1)
     harden = yes_or_no("harden", harden)
     function_or_none("progress", progress, "done", "total")
     check_uncertainty(uncertainty)
@@ -256,15 +251,14 @@ class _Run:
     def improved(self, trials: Trials, *, harden: bool) -> Improvement:
         """Screens, searches, compares."""
         self.trials, box = trials, self.maker.box
-        search = Evolution(self._screened(), self._seed(SEARCH))
-        generations, whole = self._searched(search, harden=harden)
+        evolution = Evolution(self._screened(), self._seed(SEARCH))
+        generations, whole = self._searched(evolution, harden=harden)
         finalists = {FAVOURITE: generations[-1].favourite}
         for number, one in list(enumerate(generations, 1))[-LAST:]:
             finalists[f"generation {number}"] = one.points[one.best]
-        if generations[-1].factor > 1.0:  # a draw is theirs, who withstand more than is stated
-            finalists[START] = box.start
-        else:
-            finalists = {START: box.start, **finalists}
+        first = {START: box.start}
+        hardened = generations[-1].factor > 1.0  # a draw is theirs, who withstand more than stated
+        finalists = finalists | first if hardened else first | finalists
         seed, draws = self._seed(FINAL), self._last_draws
         ranking = self._raced(finalists, seed, draws, self.limit, race=False)
         if self.limit.cancelled:
@@ -272,16 +266,10 @@ class _Run:
         if ranking.complete and whole and self.progress is not None:
             self.progress(self.budget, self.budget)  # it may end before
         chosen = finalists[ranking.best]
-        return Improvement(
-            values=box.values(chosen),
-            start=box.values(box.start),
-            problem=self.maker.problems({START: chosen})[START],
-            ranking=ranking,
-            generations=tuple(generations),
-            ranges=box.ranges,
-            steps=self.steps,
-            complete=ranking.complete and whole,
-        )
+        problem = self.maker.problems({START: chosen})[START]
+        found = (box.values(chosen), box.values(box.start), problem, ranking)
+        search = (tuple(generations), box.ranges, self.steps)
+        return Improvement(*found, *search, ranking.complete and whole)
 
     def _screened(self) -> Point:
         """The best of the start and of points spread over the box."""
@@ -346,8 +334,8 @@ class _Run:
             raise ValueError("make_plan returned None for values that it made a plan of before")
         question = replace(self.question, seed=seed)
         try:
-            comparison = Race(problems, self.uncertainty, question)
-            return comparison.run(self.trials, limit, draws, race=race)
+            asked = Race(problems, self.uncertainty, question)
+            return asked.run(self.trials, limit, draws, race=race)
         except DivergedError as error:
             if np.array_equal(points[error.subject], self.maker.box.start):
                 raise DivergedError("the start", error.diverged, error.rollouts) from error

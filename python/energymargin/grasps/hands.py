@@ -19,12 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin import Box, Compound, Joint, Mimic, Pad, Part, Scene, Surface, Tendon
-from energymargin.base.checks import (
-    check_type,
-    not_negative_number,
-    numbers_of,
-    positive_number,
-)
+from energymargin.base.checks import check_type, not_negative_number, numbers_of, positive_number
 from energymargin.base.plausibility import kept_warnings
 from energymargin.grasps.frames import FRAMES, frame_in_hand, pose
 

@@ -6,6 +6,7 @@ What is not, such as the table that sinks under a grasp, follows the task's scri
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import deepcopy
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,10 +57,7 @@ def acted(
     drive: Drive, channels: Sequence[Channel], action: NDArray[np.float64], rows: int | None = None
 ) -> Drive:
     """The drive, with the action in its channels in the first rows, or in all."""
-    copied = Drive(
-        {body: rows.copy() for body, rows in drive.wrenches.items()},
-        {joint: rows.copy() for joint, rows in drive.targets.items()},
-    )
+    copied = deepcopy(drive)
     for channel, number in zip(channels, action, strict=True):
         _rows(copied, channel)[:rows] = channel.offset + number
     return copied
@@ -83,6 +81,12 @@ def _force(body: str, *bounds: tuple[float, float]) -> tuple[Channel, ...]:
     return tuple(Channel(low, high, body, axis) for axis, (low, high) in enumerate(bounds))
 
 
+def _joint(name: str, opened: float, clenched: float) -> Channel:
+    """Between both ends of the script's targets, and its noise beyond them [rad]."""
+    low, high = sorted((opened, clenched * grasp.CLENCH_RANGE[1]))
+    return Channel(low - grasp.TARGET_NOISE, high + grasp.TARGET_NOISE, joint=name)
+
+
 # As much as the script ever pushes ahead, and a third of that to both sides.
 PUSH_MOST = push.DRIVE_AHEAD_RANGE[1] * push.FRICTION_RANGE[1] / push.FRICTION_MIDDLE  # N
 BALANCE_WEIGHT = -balance.SUPPORT_MASS * balance.GRAVITY[1]  # N
@@ -97,13 +101,9 @@ CHANNELS: dict[str, tuple[Channel, ...]] = {
     ),
     "topple": (Channel(0.0, topple.PUSH_RANGE[1], "base", 0),),
     "grasp": tuple(
-        Channel(
-            min(opened, clenched * grasp.CLENCH_RANGE[1]) - grasp.TARGET_NOISE,
-            max(opened, clenched * grasp.CLENCH_RANGE[1]) + grasp.TARGET_NOISE,
-            joint=f"finger_{finger}_joint_{number}",
-        )
+        _joint(f"finger_{finger}_joint_{number}", *ends)
         for finger in grasp.FINGERS
-        for number, (opened, clenched) in enumerate(zip(grasp.OPEN, grasp.CLENCHED, strict=True), 1)
+        for number, ends in enumerate(zip(grasp.OPEN, grasp.CLENCHED, strict=True), 1)
     ),
     "scoop": _force("scoop", *((-scoop.SCOOP_MASS * a, scoop.SCOOP_MASS * a) for a in SCOOP_MOST)),
     "push-multi": (

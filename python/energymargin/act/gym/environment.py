@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from energymargin import tasks
 from energymargin._core import Plan, Problem, World
 from energymargin.act.gym.channels import CHANNELS, Channel, acted, action_of
-from energymargin.base.checks import numbers_of, one_of, positive_number
+from energymargin.base.checks import numbers_of, one_of, positive_number, require
 from energymargin.model.plans import control_period, nearest_steps, whole_steps
 from energymargin.tasks.base import Params, Regions, inside
 from energymargin.tasks.scripted import Drive, ScriptedTask
@@ -97,11 +97,8 @@ class TaskEnv(gymnasium.Env[Array, Array]):
             raise ValueError(f"parameters are {parameters}, expected none with a task that is made")
         self.task = made
         self.channels = tuple(CHANNELS.get(made.name, ()) if channels is None else channels)
-        if not self.channels:
-            raise ValueError(
-                f"channels is {channels!r}, expected what the agent drives: task {made.name!r} has "
-                "none of its own"
-            )
+        expected = f"what the agent drives: task {made.name!r} has none of its own"
+        require(self.channels, "channels", channels, expected)
         self.control_step = control_period("control_step", control_step, self.task.step)
         self.patience = positive_number("patience", patience)
         if render_mode is not None:
@@ -157,17 +154,12 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         """
         driven = {channel.body or channel.joint for channel in self.channels}
         script = self.task.script(self.params)
-        others = sorted({*script.wrenches, *script.targets} - driven)
-        if others:
-            raise ValueError(
-                f"env is of a task whose script drives {others[0]!r} too, expected one whose "
-                "drives are all the agent's"
-            )
-        return {
-            "command": [channel.name for channel in self.channels],
-            "convert": partial(np.add, [channel.offset for channel in self.channels]),
-            "period": self.control_step,
-        }
+        for other in sorted({*script.wrenches, *script.targets} - driven):
+            way = "expected one whose drives are all the agent's"
+            raise ValueError(f"env is of a task whose script drives {other!r} too, {way}")
+        convert = partial(np.add, [channel.offset for channel in self.channels])
+        command = [channel.name for channel in self.channels]
+        return {"command": command, "convert": convert, "period": self.control_step}
 
     def present(self) -> Problem:
         """The question of the task at this state, without a clock."""
@@ -188,9 +180,8 @@ class TaskEnv(gymnasium.Env[Array, Array]):
             drive = Drive(plan.wrenches, plan.targets)
             held = acted(drive, self.channels, self._checked(action), min(rows, plan.rows))
             plan = Plan(plan.step, wrenches=held.wrenches, targets=held.targets)
-        asked = {"horizon": horizon, "plan": plan, "effector": "coast"}
-        scene, captured = self._world.scene, self._captured
-        return self.present().replace(captured=captured, scene=scene, **asked)
+        world: Any = {"captured": self._captured, "scene": self._world.scene}
+        return self.present().replace(horizon=horizon, plan=plan, effector="coast", **world)
 
     def render(self) -> Any:
         """The state as a picture, shape (height, width, 3) of bytes; None without a render mode."""
@@ -246,12 +237,9 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         return np.asarray(np.clip(numbers, *self._bounds))
 
     def _info(self) -> dict[str, Any]:
-        return {
-            "time": self.time,
-            "captured": any(self._inside(self._captured)),
-            "success": all(self._inside(self._succeeded)),
-            "lost": self._outside >= self.patience - self.task.step / 2,
-        }
+        captured, success = any(self._inside(self._captured)), all(self._inside(self._succeeded))
+        lost = self._outside >= self.patience - self.task.step / 2
+        return {"time": self.time, "captured": captured, "success": success, "lost": lost}
 
     def _inside(self, sets: Regions) -> list[bool]:
         """Whether the state is in the set of each object, or in that of all together."""
@@ -290,19 +278,13 @@ def register_environments() -> None:
     for name in CHANNELS:
         identifier = f"EnergyMargin{name.title().replace('-', '')}-v0"
         if identifier not in gymnasium.registry:
-            gymnasium.register(
-                identifier,
-                entry_point="energymargin.act.gym.environment:TaskEnv",
-                kwargs={"task": name},
-            )
+            gymnasium.register(identifier, f"{__name__}:TaskEnv", kwargs={"task": name})
 
 
 def task_env(env: gymnasium.Env[Any, Any]) -> TaskEnv:
     """The environment of this package inside of wrappers. Raises ValueError on another."""
     inner = env.unwrapped
     if not isinstance(inner, TaskEnv):
-        raise ValueError(
-            f"env is {env}, expected one of energymargin; for another write problem_of(env), "
-            "which returns a Problem of its state"
-        )
+        way = "for another write problem_of(env), which returns a Problem of its state"
+        raise ValueError(f"env is {env}, expected one of energymargin; {way}")
     return inner

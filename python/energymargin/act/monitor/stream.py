@@ -1,4 +1,4 @@
-"""The states of a stream that wait, and the threads that take them."""
+"""The states of a stream that wait, the threads that take them, and what is known of each."""
 
 from __future__ import annotations
 
@@ -7,15 +7,65 @@ import time as clock
 import weakref
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin._core import Cancel
+from energymargin._core import Cancel, CaptureProbability
 from energymargin.base.reprs import Record
 
 LONGEST_CLOSE = 0.2  # s
+
+
+@dataclass(frozen=True)
+class Reading:
+    """The score of one state of a stream."""
+
+    time: float
+    """Time of the state, as it was pushed [s]."""
+    value: float
+    """Probability of staying captured, or in the success set, over the problem's horizon; NaN with
+    an `error`, or if more than one of its rollouts and more than 1 % of them diverged."""
+    interval: tuple[float, float]
+    """95 % interval of the value."""
+    rollouts: int
+    """Number of rollouts behind the value, without those that diverged; 0 of a first look."""
+    trend: float
+    """Slope of the values over the monitor's `trend_window` [1/s]; NaN with fewer than two."""
+    alarm: bool
+    """Whether the alarm is on."""
+    lateness: float
+    """From the push to the reading [s], by the machine's clock."""
+    late: bool
+    """Whether that is more than the monitor's `period`."""
+    probability: CaptureProbability | None = field(default=None, repr=False)
+    """The probability with its curve over time; None with an `error`, and of a first look."""
+    error: Exception | None = None
+    """Why the state has no value: what `problem_of` or the score raised."""
+
+    @property
+    def diverged(self) -> int:
+        """Rollouts that diverged, which do not count."""
+        return 0 if self.probability is None else self.probability.diverged
+
+
+class Counters(NamedTuple):
+    """States of a stream since it began."""
+
+    pushed: int
+    scored: int
+    dropped: int
+    """Left out for newer ones, or by `reset` and `close`."""
+    late: int
+    """Scored, but later than a period after their push."""
+    failed: int
+    """Without a value."""
+    foreseen: int = 0
+    """Scored by the first look alone."""
+    refused: int = 0
+    """Unlike the states that the first look learned from, and left to rollouts."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
