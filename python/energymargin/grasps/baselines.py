@@ -116,20 +116,16 @@ def _grip(trials: GraspTrials, closed: Closed, draw: GraspDraw) -> dict[str, flo
     """What the contacts of a closed hand tell."""
     problem = trials.problem(closed, draw)
     center = trials.object.center
-    contacts = [
-        one
-        for one in World(problem.scene).contacts(closed.state)
-        if "object" in (one.body_a, one.body_b)
-        and {one.body_a, one.body_b} & set(closed.hand.bodies)
-        and one.distance <= TOUCHING
-    ]
-    space = wrench_space(
-        [one.position for one in contacts],
-        [one.normal * (1 if one.body_a == "object" else -1) for one in contacts],
-        [one.friction for one in contacts],
-        center=_moved(center, problem.scene.unpack(closed.state)["object"]),
-        radius=float(np.linalg.norm(trials.object.corners - center, axis=1).max()),
-    )
+    contacts = []
+    for one in World(problem.scene).contacts(closed.state):
+        pair = {one.body_a, one.body_b}
+        if "object" in pair and pair & set(closed.hand.bodies) and one.distance <= TOUCHING:
+            inward = one.normal * (1 if one.body_a == "object" else -1)
+            contacts.append((one.position, inward, one.friction))
+    points, normals, friction = zip(*contacts, strict=True) if contacts else ((), (), ())
+    there = _moved(center, problem.scene.unpack(closed.state)["object"])
+    radius = float(np.linalg.norm(trials.object.corners - center, axis=1).max())
+    space = wrench_space(points, normals, friction, center=there, radius=radius)
     force = force_score(problem.replace(horizon=None, plan=None)).force
     return {"force_score": force, **space._asdict()}
 
@@ -139,13 +135,12 @@ def _between(scene: Scene, hand: Fitted, state: NDArray[np.float64], surface: Po
     from scipy.spatial import ConvexHull
 
     bodies = scene.unpack(state)
-    shapes = {body.name: body.shape for body in scene.bodies}
-    corners = [
-        _moved(part, bodies[name]) for name in hand.fingers for part in shape_parts(shapes[name])
-    ]
-    points = _moved(surface, bodies["object"])
+    shapes = {
+        body.name: shape_parts(body.shape) for body in scene.bodies if body.name in hand.fingers
+    }
+    corners = [_moved(part, bodies[name]) for name in hand.fingers for part in shapes[name]]
     hull = ConvexHull(np.concatenate(corners))
-    return int(np.count_nonzero(_within(hull, points)))
+    return int(np.count_nonzero(_within(hull, _moved(surface, bodies["object"]))))
 
 
 def _moved(points: Points, body: dict[str, Any]) -> Points:

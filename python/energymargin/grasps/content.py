@@ -7,10 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from energymargin.base.checks import shown
-from energymargin.grasps.grasp_set import ROUNDED, Column, Poses
+from energymargin.grasps.grasp_set import Column, Poses
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,32 +68,3 @@ def nested(entries: Mapping[str, Any]) -> dict[str, Any]:
             place = place.setdefault(key, {})
         place[last] = value
     return whole
-
-
-def poses_of(positions: NDArray[np.float64], quaternions: NDArray[np.float64]) -> Poses:
-    """Poses (n, 4, 4) from positions (n, 3) and unit quaternions x, y, z, w (n, 4).
-
-    Raises ValueError that names the first row, from 1 on, whose quaternion has another norm.
-    """
-    from scipy.spatial.transform import Rotation
-
-    norms = np.linalg.norm(quaternions, axis=1)
-    right = np.abs(norms - 1) <= ROUNDED
-    if not right.all():
-        k = int(np.argmin(right))
-        raise ValueError(
-            f"the quaternion of grasp {k + 1} is {shown(tuple(quaternions[k].tolist()))} (x, y, z, "
-            f"w) with the norm {norms[k]:.4g}, expected 1: are its columns the ones that are meant?"
-        )
-    poses = np.tile(np.eye(4), (len(positions), 1, 1))
-    poses[:, :3, 3] = positions
-    if len(poses):
-        poses[:, :3, :3] = Rotation.from_quat(quaternions).as_matrix()
-    return poses
-
-
-def quaternions_of(poses: Poses) -> NDArray[np.float64]:
-    """Quaternions x, y, z, w with w >= 0, shape (n, 4)."""
-    from scipy.spatial.transform import Rotation
-
-    return np.asarray(Rotation.from_matrix(poses[:, :3, :3]).as_quat(canonical=True))

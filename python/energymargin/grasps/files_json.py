@@ -38,10 +38,8 @@ def write(path: Path, content: Content) -> None:
     if LABEL in columns:
         held = columns[LABEL].astype(float)
         if np.isnan(held).any():
-            raise ValueError(
-                "the label of some grasps is not known, expected true or false for GraspGen; write "
-                "grasps[~np.isnan(grasps.labels)], or give scores"
-            )
+            said = "the label of some grasps is not known, expected true or false for GraspGen"
+            raise ValueError(f"{said}; write grasps[~np.isnan(grasps.labels)], or give scores")
         columns[LABEL] = held >= 0.5
     grasps = {"transforms": content.poses.tolist()}
     grasps |= nested({name: plain(column) for name, column in columns.items()})
@@ -64,8 +62,6 @@ def _content(text: bytes) -> Content:
     columns = {name: column_of(entries.pop(name)) for name in rows}
     if LABEL in entries:
         raise ValueError(f"grasps.{LABEL} is not a list of {len(poses)} values, as transforms is")
-    said = whole.get("object")
-    header = {**whole, "grasps": nested(entries)}
-    label = LABEL if LABEL in columns else ""
-    said = said if isinstance(said, dict) else {}
+    said = whole["object"] if isinstance(whole.get("object"), dict) else {}
+    header, label = {**whole, "grasps": nested(entries)}, LABEL if LABEL in columns else ""
     return Content(FORMAT, poses, columns, (), said, header, label)

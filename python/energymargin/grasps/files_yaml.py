@@ -9,15 +9,8 @@ import numpy as np
 
 from energymargin.base.checks import numbers_of, shown
 from energymargin.base.errors import needs_extra
-from energymargin.grasps.content import (
-    Content,
-    column_of,
-    flat,
-    nested,
-    plain,
-    poses_of,
-    quaternions_of,
-)
+from energymargin.grasps.content import Content, column_of, flat, nested, plain
+from energymargin.grasps.frames import poses_of, quaternions_of
 
 FORMAT, FRAME = "isaac_grasp", None
 LABEL = "confidence"
@@ -33,8 +26,7 @@ OTHER = (
 
 def read(path: Path) -> Content:
     """The grasps of a file. Raises ValueError that names the grasp that is wrong."""
-    with needs_extra("an isaac_grasp file", "grasps"):
-        import yaml
+    yaml = _yaml_package()
     try:
         loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
         whole = yaml.load(path.read_bytes(), type("Loader", (loader,), {"flatten_mapping": _plain}))
@@ -62,16 +54,14 @@ def read(path: Path) -> Content:
     columns = {key: column_of([row.get(key) for row in rows]) for key in keys}
     header = {key: value for key, value in whole.items() if key != "grasps"}
     said = {k.removeprefix("object_"): v for k, v in header.items() if k.startswith("object_")}
-    return Content(
-        *(FORMAT, poses_of(places[:, :3], places[:, 3:]), columns, tuple(map(str, grasps))),
-        *(said, header, LABEL if LABEL in columns else ""),
-    )
+    label, names = LABEL if LABEL in columns else "", tuple(map(str, grasps))
+    poses = poses_of(places[:, :3], places[:, 3:])
+    return Content(FORMAT, poses, columns, names, said, header, label)
 
 
 def write(path: Path, content: Content) -> None:
     """A file as Isaac Sim's grasp editor writes it."""
-    with needs_extra("an isaac_grasp file", "grasps"):
-        import yaml
+    yaml = _yaml_package()
     said = {f"object_{k}": v for k, v in content.object.items() if k in ("file", "scale")}
     columns = {name: plain(column) for name, column in content.columns.items()}
     names = [f"grasp_{name}" if name.isdecimal() else name for name in content.names]
@@ -88,6 +78,12 @@ def write(path: Path, content: Content) -> None:
     dumper = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
     text = yaml.dump(whole, Dumper=dumper, sort_keys=False, default_flow_style=None)
     path.write_text(text, encoding="utf-8")
+
+
+def _yaml_package() -> Any:
+    with needs_extra("an isaac_grasp file", "grasps"):
+        import yaml
+    return yaml
 
 
 def _plain(_loader: Any, node: Any) -> None:

@@ -43,9 +43,8 @@ class GraspObject:
         positive_number("mass", self.mass)
         not_negative_number("friction", self.friction)
         if self.mass > HEAVY:
-            raise ValueError(
-                f"mass is {self.mass:g} kg, expected at most {HEAVY:g} kg: grams take 0.001"
-            )
+            most = f"expected at most {HEAVY:g} kg: grams take 0.001"
+            raise ValueError(f"mass is {self.mass:g} kg, {most}")
         scene = Scene()
         scene.add_body("object", self.shape, mass=self.mass, inertial=self.inertial)
         World(scene)  # warns of a mass that cannot be, as one in grams
@@ -90,10 +89,9 @@ class GraspObject:
                 raise ValueError(f"scale is {scale}, expected none with a URDF, which has its own")
             bodies = from_urdf(path, base="free", role="object", density=density, **options).bodies
             if len(bodies) != 1:
-                raise ValueError(
-                    f"path is {str(path)!r}, which has {len(bodies)} links that move, expected "
-                    "one: a grasp is of one rigid object"
-                )
+                which = f"which has {len(bodies)} links that move"
+                expected = "expected one: a grasp is of one rigid object"
+                raise ValueError(f"path is {str(path)!r}, {which}, {expected}")
             (body,) = bodies
             given = body.friction if friction is None else friction
             if density is not None:
@@ -102,9 +100,8 @@ class GraspObject:
                 return GraspObject(body.shape, body.mass, given, body.inertial)
             return GraspObject(body.shape, mass, given)
         if (mass is None) == (density is None):
-            raise ValueError(
-                f"mass is {mass} and density is {density}, expected one: [kg] or [kg/m^3]"
-            )
+            given = f"mass is {mass} and density is {density}"
+            raise ValueError(f"{given}, expected one: [kg] or [kg/m^3]")
         shape = mesh(path, scale=scale, **options)
         if mass is None:
             mass = positive_number("density", density or 0.0) * mass_properties(shape).volume
@@ -138,18 +135,12 @@ class GraspObject:
         said = ObjectFacts() if facts is None else facts
         path = said.mesh if mesh is None else Path(mesh)
         if path is None:
-            raise ValueError(
-                "mesh is None, and the file of grasps names none: expected a mesh or a URDF"
-            )
+            none = "mesh is None, and the file of grasps names none"
+            raise ValueError(f"{none}: expected a mesh or a URDF")
         own = mass is None and density is None
-        known = GraspObject.load(
-            path,
-            mass=said.mass if own else mass,
-            density=density,
-            friction=said.friction if friction is None else friction,
-            scale=said.scale if scale is None else scale,
-            **options,
-        )
+        options |= {"mass": said.mass if own else mass, "density": density}
+        options["friction"] = said.friction if friction is None else friction
+        known = GraspObject.load(path, scale=said.scale if scale is None else scale, **options)
         if not own or (said.com is None and said.inertia is None):
             return known
         even = known.inertial or mass_properties(known.shape, known.mass)

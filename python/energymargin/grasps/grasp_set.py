@@ -103,14 +103,12 @@ class GraspSet(Record):
         way = "lengths are in m: a file in mm needs scale=0.001"
         far = float(np.median(np.linalg.norm(self.poses[:, :3, 3], axis=1)))
         if far > FARTHEST:
-            raise ValueError(
-                f"the hand is {far:.4g} m from the object's frame in the median, expected at most "
-                f"{FARTHEST:g} m; {way}; poses in another frame need object="
-            )
-        for what, column, most, expected in (
-            ("the opening", self.openings, WIDEST, f"0 to {WIDEST:g} m; {way}"),
-            ("the label", self.labels, 1.0, "0 (lost) to 1 (held)"),
-        ):
+            said = f"the hand is {far:.4g} m from the object's frame in the median"
+            way = f"{way}; poses in another frame need object="
+            raise ValueError(f"{said}, expected at most {FARTHEST:g} m; {way}")
+        ranges = {"the opening": (self.openings, WIDEST, f"0 to {WIDEST:g} m; {way}")}
+        ranges["the label"] = (self.labels, 1.0, "0 (lost) to 1 (held)")
+        for what, (column, most, expected) in ranges.items():
             _require(what, ~((column < 0) | (column > most)), column, self.names, expected)
 
     def __len__(self) -> int:
@@ -121,12 +119,9 @@ class GraspSet(Record):
         """The grasps of a number, a mask, numbers or a slice."""
         chosen = np.atleast_1d(np.arange(len(self))[rows])
         arrays = ("poses", "openings", "labels", "object_poses")
-        return replace(
-            self,
-            **{name: getattr(self, name)[chosen] for name in arrays},
-            names=tuple(self.names[k] for k in chosen),
-            columns={name: column[chosen] for name, column in self.columns.items()},
-        )
+        parts: dict[str, Any] = {name: getattr(self, name)[chosen] for name in arrays}
+        parts["columns"] = {name: column[chosen] for name, column in self.columns.items()}
+        return replace(self, names=tuple(self.names[k] for k in chosen), **parts)
 
 
 def check_poses(what: str, poses: Poses, names: Sequence[str]) -> None:

@@ -19,7 +19,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin import Box, Compound, Joint, Mimic, Pad, Part, Scene, Surface, Tendon
-from energymargin.base.checks import check_type, not_negative_number, numbers_of, positive_number
+from energymargin.base.checks import (
+    check_type,
+    not_negative_number,
+    numbers_of,
+    positive_number,
+    require,
+)
 from energymargin.base.plausibility import kept_warnings
 from energymargin.grasps.frames import FRAMES, frame_in_hand, pose
 
@@ -123,9 +129,8 @@ class ParallelGripper(Hand):
         if self.pads is not None:
             check_type("pads", self.pads, Pad, "an em.Pad, or None")
         if self.opening > 1:
-            raise ValueError(
-                f"opening is {self.opening:g} m, expected at most 1 m: lengths are in metres"
-            )
+            way = "expected at most 1 m: lengths are in metres"
+            raise ValueError(f"opening is {self.opening:g} m, {way}")
 
     @property
     def closing(self) -> float:  # type: ignore[override]
@@ -141,10 +146,9 @@ class ParallelGripper(Hand):
         """As Hand.add_to. Raises ValueError on an opening that it does not have."""
         wide = self.opening if np.isnan(opening) else opening
         if not 0 < wide <= self.opening * 1.001:
-            raise ValueError(
-                f"opening is {wide:g} m, expected above 0 and at most the hand's, {self.opening:g} "
-                "m: a wider hand, or another unit of length?"
-            )
+            expected = f"expected above 0 and at most the hand's, {self.opening:g} m"
+            why = "a wider hand, or another unit of length?"
+            raise ValueError(f"opening is {wide:g} m, {expected}: {why}")
         depth = self.finger + self.palm[2] / 2 - self.reach
         palm = Compound([Part(Box(self.palm), position=(0, 0, -depth))])
         rough: dict[str, Any] = {"friction": self.friction, "role": "effector"}
@@ -155,14 +159,9 @@ class ParallelGripper(Hand):
         start = min(wide, self.opening) / 2
         # The drive's force beyond SQUEEZE, damped critically with the masses of what it moves.
         limit, moved = (2 * force, 2 * self.mass) if self.coupled else (force, self.mass)
-        drive: dict[str, Any] = {
-            "start": start,
-            "limits": (0.0, self.opening / 2),
-            "target": 0.0,
-            "stiffness": limit / SQUEEZE,
-            "damping": 2 * np.sqrt(limit / SQUEEZE * moved),
-            "torque_limit": limit,
-        }
+        drive: Any = {"start": start, "target": 0.0, "limits": (0.0, self.opening / 2)}
+        drive |= {"stiffness": limit / SQUEEZE, "torque_limit": limit}
+        drive["damping"] = 2 * np.sqrt(limit / SQUEEZE * moved)
         for side, sign in (("left", -1), ("right", 1)):
             place = (sign * self.thickness / 2, 0, self.reach - self.finger / 2)
             shape = Compound([Part(Box((self.thickness, self.pad[0], self.finger)), place)])
@@ -170,16 +169,11 @@ class ParallelGripper(Hand):
             joint = {"mimic": Mimic("left")} if side == "right" and self.coupled else drive
             ends: dict[str, Any] = {"parent": "hand", "child": side, "axis": (sign, 0, 0)}
             scene.add_joint(side, type="prismatic", **ends, **joint)
-        driven = ("left",) if self.coupled else ("left", "right")
-        scene.disable_collisions("left", "right")
-        return Fitted(
-            base="hand",
-            frame=np.eye(4),
-            fingers=("left", "right"),
-            bodies=("hand", "left", "right"),
-            start=dict.fromkeys(driven, start),
-            targets=dict.fromkeys(driven, (start, 0.0)),
-        )
+        sides = ("left", "right")
+        driven = sides[:1] if self.coupled else sides
+        scene.disable_collisions(*sides)
+        moves = dict.fromkeys(driven, start), dict.fromkeys(driven, (start, 0.0))
+        return Fitted("hand", np.eye(4), sides, ("hand", *sides), *moves)
 
     @property
     def text(self) -> dict[str, Any]:
@@ -231,8 +225,8 @@ class HandFile(Hand):
             raise ValueError("close is empty, expected the joints that close the hand")
         for name, ends in self.close.items():
             numbers_of(f"close[{name!r}]", ends, "two finite numbers, open and closed", (2,))
-        if not self.fingers or isinstance(self.fingers, str):
-            raise ValueError(f"fingers is {self.fingers!r}, expected a list of links, one at least")
+        right = self.fingers and not isinstance(self.fingers, str)
+        require(right, "fingers", self.fingers, "a list of links, one at least")
 
     @property
     def friction_rule(self) -> str:  # type: ignore[override]
@@ -247,10 +241,8 @@ class HandFile(Hand):
     def add_to(self, scene: Scene, *, force: float, opening: float) -> Fitted:
         """As Hand.add_to."""
         if force != 1.0:
-            raise ValueError(
-                f"force is {force:g}, expected that of the file's drives, 1: state another "
-                "torque_limit of its joints in options"
-            )
+            way = "state another torque_limit of its joints in options"
+            raise ValueError(f"force is {force:g}, expected that of the file's drives, 1: {way}")
         before = len(scene.bodies)
         self._read(scene)
         bodies = scene.bodies[before:]
@@ -261,14 +253,10 @@ class HandFile(Hand):
         _require("close", self.close, sorted(driven))
         self._require_drives(scene)
         base = next(body.name for body in bodies if body.kinematic)
-        return Fitted(
-            base=base,
-            frame=self._frame(scene, base),
-            fingers=tuple(self.fingers),
-            bodies=tuple(names),
-            start={name: float(ends[0]) for name, ends in self.close.items() if name in joints},
-            targets={name: (float(a), float(b)) for name, (a, b) in self.close.items()},
-        )
+        start = {name: float(ends[0]) for name, ends in self.close.items() if name in joints}
+        targets = {name: (float(a), float(b)) for name, (a, b) in self.close.items()}
+        own = (tuple(self.fingers), tuple(names))
+        return Fitted(base, self._frame(scene, base), *own, start, targets)
 
     @property
     def text(self) -> dict[str, Any]:
@@ -300,10 +288,10 @@ class HandFile(Hand):
             if place := getattr(row, "place", None):  # of a frame that is no body
                 links[row.name] = links[place[0]] @ pose("frame", place[1])
         if self._link not in links:
+            known = f"one of {', '.join(links)}, a name of {', '.join(FRAMES)}"
+            way = f"a distance along z [m] from the root {base!r}, or a pose"
             raise ValueError(
-                f"frame is {self._link!r}, expected a link of {self.path}, one of "
-                f"{', '.join(links)}, a name of {', '.join(FRAMES)}, a distance along z [m] from "
-                f"the root {base!r}, or a pose"
+                f"frame is {self._link!r}, expected a link of {self.path}, {known}, {way}"
             )
         return np.asarray(np.linalg.inv(links[base]) @ links[self._link])
 
@@ -319,8 +307,7 @@ class HandFile(Hand):
         if not self._is_mjcf:
             scenes.from_urdf(self.path, scene, **{"role": "effector"} | given | self._joints)
             return
-        root = given.get("subtree")
-        if root is None:
+        if (root := given.get("subtree")) is None:
             raise ValueError("options has no subtree, expected the body of the model that is moved")
         scenes.from_mjcf(str(self.path), scene, **{"effector": (root,)} | given)
 
@@ -353,10 +340,8 @@ class HandFile(Hand):
             if one.name in self.close and not one.stiffness > 0:
                 way = f"options={{'joints': {{{one.name!r}: {{'torque_limit': 20.0}}}}}}"
                 has = "position control" if self._is_mjcf else f"an effort there, or {way}"
-                raise ValueError(
-                    f"close names {one.name!r}, which {self.path} does not drive, expected one "
-                    f"with {has}"
-                )
+                why = f"which {self.path} does not drive, expected one with {has}"
+                raise ValueError(f"close names {one.name!r}, {why}")
 
 
 def _require(name: str, given: Any, there: Sequence[str]) -> None:

@@ -22,12 +22,10 @@ from energymargin.summary import Summarized
 HELD, DIVERGED = ENDINGS.index("held"), ENDINGS.index("diverged")
 MISSING = -1  # in place of an ending
 OF_TRIALS = ("endings", "times", "back", "redrawn")
-ARRAYS: dict[str, Any] = {
-    **dict.fromkeys(("endings", "likely"), np.int8(MISSING)),
-    **dict.fromkeys(("times", "efforts"), np.nan),
-    **dict.fromkeys(("back", "seconds", "lost_time"), 0.0),
-    **dict.fromkeys(("redrawn", "steps", "unconverged"), 0),
-}
+ARRAYS: dict[str, Any] = dict.fromkeys(("endings", "likely"), np.int8(MISSING))
+ARRAYS |= dict.fromkeys(("times", "efforts"), np.nan)
+ARRAYS |= dict.fromkeys(("back", "seconds", "lost_time"), 0.0)
+ARRAYS |= dict.fromkeys(("redrawn", "steps", "unconverged"), 0)
 """The arrays of GraspScores, and what they have before there are trials."""
 MANY, MOST = 0.2, 0.8  # shares of the trials
 LOOSE = 0.01  # share of the steps
@@ -68,11 +66,9 @@ class GraspScores(Summarized):
     @staticmethod
     def before(grasps: GraspSet, trials: GraspTrials, rollouts: int) -> GraspScores:
         """Scores without a trial so far, which need no memory: `writable` makes the arrays."""
-        of_trials = len(grasps), rollouts
-        arrays = {
-            name: np.broadcast_to(start, of_trials if name in OF_TRIALS else of_trials[:1])
-            for name, start in ARRAYS.items()
-        }
+        n = len(grasps)
+        shapes = {name: (n, rollouts) if name in OF_TRIALS else (n,) for name in ARRAYS}
+        arrays = {name: np.broadcast_to(ARRAYS[name], shape) for name, shape in shapes.items()}
         return GraspScores(grasps, trials, **arrays, errors={})
 
     def writable(self) -> GraspScores:
@@ -83,13 +79,18 @@ class GraspScores(Summarized):
     @property
     def complete(self) -> bool:
         """Whether every trial was made, or there is an error that says why not."""
-        missing = (self.endings == MISSING).any(axis=1)
-        return not any(missing[k] for k in range(len(missing)) if k not in self.errors)
+        missing = np.flatnonzero((self.endings == MISSING).any(axis=1))
+        return set(missing.tolist()) <= set(self.errors)
 
     @property
     def counted(self) -> NDArray[np.int64]:
         """Trials that count, (n,): those that were made and did not diverge."""
-        return np.asarray(((self.endings != MISSING) & (self.endings != DIVERGED)).sum(axis=1))
+        return np.asarray(self._count.sum(axis=1))
+
+    @property
+    def _count(self) -> NDArray[np.bool_]:
+        """Whether each trial counts, (n, K)."""
+        return np.asarray((self.endings != MISSING) & (self.endings != DIVERGED))
 
     @property
     def colliding(self) -> NDArray[np.int64]:
@@ -107,33 +108,28 @@ class GraspScores(Summarized):
     def warnings(self) -> tuple[str, ...]:
         """What speaks against the scores."""
         made = int((self.endings != MISSING).sum())
-        missed = (self.endings == ENDINGS.index("not gripped")).sum()
-        places = [
-            f"in {number} of {made} trials the hand {what}"
-            for what, number, many in (
-                ("was inside the object or the table", self.colliding.sum(), MANY),
-                ("closed beside the object", missed, MOST),
-            )
-            if number > many * made
-        ]
-        found = [f"{'; '.join(places)}: {self._doubts()}"] if places else []
-        if diverged := int((self.endings == DIVERGED).sum()):
-            found.append(f"{diverged} of {made} trials diverged, and do not count")
-        steps = max(self.steps.sum(), 1)
+        inside, missed = self.colliding.sum(), (self.endings == ENDINGS.index("not gripped")).sum()
+        hand, steps = f"of {made} trials the hand", max(self.steps.sum(), 1)
+        places = {f"in {inside} {hand} was inside the object or the table": inside > MANY * made}
+        places[f"in {missed} {hand} closed beside the object"] = missed > MOST * made
+        wrong = "; ".join(text for text, many in places.items() if many)
+        diverged = int((self.endings == DIVERGED).sum())
         loose, lost = self.unconverged.sum() / steps, self.lost_time.sum() / steps
         lost /= self.trials.step
-        if loose > LOOSE:
-            found.append(f"the contact solver did not converge in {100 * loose:.1f} % of the steps")
-        if lost > LOOSE:
-            found.append(
-                f"nothing moved in {100 * lost:.1f} % of the time, as bodies would have passed "
-                "through each other: a grasp may look better than it is"
-            )
-        if self.errors:
-            number, text = next(iter(self.errors.items()))
-            name = self.grasps.names[number]
-            found.append(f"without a score: {len(self.errors)} grasps, as {name}: {text}")
-        return tuple(found)
+        still = (
+            f"nothing moved in {100 * lost:.1f} % of the time, as bodies would have passed through"
+        )
+        number, error = next(iter(self.errors.items()), (0, ""))
+        without = f"without a score: {len(self.errors)} grasps, as {self.grasps.names[number]}"
+        found = {
+            f"{wrong}: {self._doubts()}": wrong,
+            f"{diverged} of {made} trials diverged, and do not count": diverged,
+            f"the contact solver did not converge in {100 * loose:.1f} % of the steps": loose
+            > LOOSE,
+            f"{still} each other: a grasp may look better than it is": lost > LOOSE,
+            f"{without}: {error}": self.errors,
+        }
+        return tuple(text for text, true in found.items() if true)
 
     def held_until(self, time: float) -> NDArray[np.float64]:
         """Share of the trials in which it was held until a time [s] after closing, (n,).
@@ -141,8 +137,7 @@ class GraspScores(Summarized):
         Raises ValueError on a time that is neither inf nor a finite number of at least 0.
         """
         time = time if time == np.inf else not_negative_number("time", time)
-        held = ((self.endings == HELD) | (self.times > time)).sum(axis=1)
-        return np.where(self.counted > 0, held / np.maximum(self.counted, 1), np.nan)
+        return self._mean((self.endings == HELD) | (self.times > time))
 
     def interval(self, confidence: float = 0.95) -> NDArray[np.float64]:
         """Ends of each probability's interval, (n, 2), by Clopper and Pearson; NaN without
@@ -261,9 +256,12 @@ class GraspScores(Summarized):
     def mean_time(self) -> NDArray[np.float64]:
         """Mean time held within the protocol [s], (n,); a trial that did not grip counts 0."""
         capped = np.where(np.isnan(self.times), 0.0, np.minimum(self.times, self.horizon))
-        counts = (self.endings != MISSING) & (self.endings != DIVERGED)
-        total = np.where(counts, capped, 0.0).sum(axis=1)
-        return np.where(self.counted > 0, total / np.maximum(self.counted, 1), np.nan)
+        return self._mean(np.where(self._count, capped, 0.0))
+
+    def _mean(self, values: NDArray[Any]) -> NDArray[np.float64]:
+        """Mean of values of the trials that count, (n,), which are 0 of others; NaN without any."""
+        means = values.sum(axis=1) / np.maximum(self.counted, 1)
+        return np.where(self.counted > 0, means, np.nan)
 
     def _doubts(self) -> str:
         """What is likely wrong if the hand is not where the object is."""
@@ -278,10 +276,8 @@ class GraspScores(Summarized):
     def _some(self) -> NDArray[np.int64]:
         if len(self.ranked) == 0:
             why = f", as {next(iter(self.errors.values()))}" if self.errors else ""
-            raise ValueError(
-                f"none of the {len(self.grasps)} grasps has a trial that counts{why}: expected one "
-                "at least"
-            )
+            none = f"none of the {len(self.grasps)} grasps has a trial that counts{why}"
+            raise ValueError(f"{none}: expected one at least")
         return self.ranked
 
 

@@ -80,10 +80,10 @@ def member_of(path: Path, wanted: str | None) -> tuple[str, bytes]:
                     members[member.name.removesuffix(MEMBER)] = member
             name = wanted if wanted is not None or len(members) != 1 else next(iter(members))
             if name not in members:
-                some = ", ".join(map(repr, [*members][:3]))
+                some = ", ".join(map(repr, [*members][:3])) + " ..." * (len(members) > 3)
+                way = 'expected one of them, as where={"object": NAME}'
                 raise ValueError(
-                    f"has {len(members)} objects ({some}{' ...' * (len(members) > 3)}), and where "
-                    f'has {name!r}; expected one of them, as where={{"object": NAME}}'
+                    f"has {len(members)} objects ({some}), and where has {name!r}; {way}"
                 )
             return name, _text(file, members[name])
     except DAMAGED as error:
