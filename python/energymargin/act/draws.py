@@ -194,8 +194,6 @@ class Draws(Record):
     @staticmethod
     def joined(parts: Sequence[Draws]) -> Draws:
         """All of them, in this order."""
-        return Draws(
-            np.concatenate([np.zeros(0), *(part.values for part in parts)]),
-            np.concatenate([np.zeros(0), *(part.times for part in parts)]),
-            sum(part.steps for part in parts),
-        )
+        values = np.concatenate([np.zeros(0), *(part.values for part in parts)])
+        times = np.concatenate([np.zeros(0), *(part.times for part in parts)])
+        return Draws(values, times, sum(part.steps for part in parts))

@@ -250,10 +250,8 @@ class Guard(Closing):
             more = choosing.candidates_of(self._candidates, observation, action, self._random)
             actions = [action, *more, *others]
             seed, last = int(self._random.integers(2**63)), len(actions) - 1
-            choice = self._safest.of(
-                [partial(self._problem_of, state, time, one) for one in actions],
-                *(seed, last if others else 0),
-            )
+            problems = [partial(self._problem_of, state, time, one) for one in actions]
+            choice = self._safest.of(problems, seed, last if others else 0)
         except (Cancelled, MemoryError):
             raise
         except Exception as error:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import partial
 from numbers import Real
 from typing import Any, overload
@@ -16,7 +16,7 @@ from energymargin._core import Cancel, Problem
 from energymargin.act.critical import CriticalValue, one_after_the_other
 from energymargin.act.quantities import Quantity, quantity_of
 from energymargin.act.scale import Scale
-from energymargin.base.checks import check_type, function_of, open_share, shown, whole_number
+from energymargin.base.checks import check_type, function_of, open_share, require, whole_number
 from energymargin.base.limits import Limit
 from energymargin.base.summary import Summarized
 from energymargin.evaluate.searches import algorithm
@@ -71,12 +71,11 @@ class CriticalValues(Sequence[CriticalValue], Summarized):
 
     def to_json(self) -> str:
         """All of it: what was asked, and each quantity with its values."""
-        names = [one.name for one in fields(CriticalValue) if one.name != "outcomes"]
-        each = [
-            {name: getattr(one, name) for name in names}
-            | {"nominal": nominal, "margin": margin, "outcomes": one.outcomes.tolist()}
-            for one, nominal, margin in zip(self.found, self.nominals, self.margins, strict=True)
-        ]
+        each = []
+        for one, nominal, margin in zip(self.found, self.nominals, self.margins, strict=True):
+            row: dict[str, Any] = dict(vars(one))
+            rest = {"nominal": nominal, "margin": margin, "outcomes": row.pop("outcomes").tolist()}
+            each.append(row | rest)
         whole = {"question": self.question, "algorithm": algorithm(), "quantities": each}
         # JSON has no NaN and no infinity: they are null.
         return json.dumps(json.loads(json.dumps(whole), parse_constant=lambda _: None), indent=1)
@@ -135,8 +134,8 @@ def critical_values(
         asked: as of `em.critical_value`, which says what comes out, and its errors.
     """
     check_type("problem", problem, Problem, "a Problem")
-    if not isinstance(vary, Mapping) or not vary:
-        raise ValueError(f"vary is {shown(vary)}, expected ranges by name, {{'push': (0.1, 20)}}")
+    right = isinstance(vary, Mapping) and vary
+    require(right, "vary", vary, "ranges by name, {'push': (0.1, 20)}")
     limit = Limit(timeout, cancel)
     varied = {q if isinstance(q, Quantity) else quantity_of(problem, q): vary[q] for q in vary}
     if isinstance(known := asked.get("uncertainty"), Uncertainty):
@@ -145,11 +144,10 @@ def critical_values(
     searches = [(one.problem, one.name, ends, one.unit) for one, ends in varied.items()]
     found = one_after_the_other(searches, progress, limit, asked)
     first, engine = found[0], problem.scene.engine
-    question = (
-        f"Asked: captured for {problem.horizon:g} s with probability {first.probability:g}; "
-        f"intervals of {first.confidence:g}; engine {getattr(engine, 'name', engine)}; seed "
-        f"{asked.get('seed', 0)}; algorithm {algorithm()}."
-    )
+    what = f"captured for {problem.horizon:g} s with probability {first.probability:g}"
+    engine = f"engine {getattr(engine, 'name', engine)}; seed {asked.get('seed', 0)}"
+    sure = f"intervals of {first.confidence:g}; {engine}; algorithm {algorithm()}"
+    question = f"Asked: {what}; {sure}."
     return CriticalValues(found, tuple(one.nominal for one in varied), question)
 
 
@@ -201,27 +199,21 @@ def _require_not_drawn(problem: Problem, name: str, known: Uncertainty) -> None:
     for part in of.split(","):
         drawn = drawn.get(part) if isinstance(drawn, Mapping) else drawn
     if not isinstance(drawn, Real | Mapping | None):
-        raise ValueError(
-            f"vary is {name!r}, whose distribution uncertainty gives whatever the value is, "
-            "expected a standard deviation there"
-        )
+        why = "whose distribution uncertainty gives whatever the value is"
+        raise ValueError(f"vary is {name!r}, {why}, expected a standard deviation there")
 
 
 def _margin(one: CriticalValue, nominal: float) -> float:
     if one.side in ("everywhere", "nowhere"):
         return np.inf if one.side == "everywhere" else -np.inf
     size = abs(nominal) or one.range[1] - one.range[0]
-    away = [
-        (value - nominal if side == "below" else nominal - value) / size
-        for value, _, _, side in one.crossings
-    ]
+    signs = {"below": 1.0, "above": -1.0}
+    away = [signs[side] * (value - nominal) / size for value, _, _, side in one.crossings]
     return min(away, key=abs, default=np.nan)
 
 
 def _axis(name: str, given: Axis) -> tuple[str, tuple[float, float], str]:
-    if not isinstance(given, tuple) or len(given) not in (2, 3) or not isinstance(given[0], str):
-        raise ValueError(
-            f"{name} is {shown(given)}, expected a name, a range and perhaps a unit: "
-            "('mass', (0.05, 2), 'kg')"
-        )
+    right = isinstance(given, tuple) and len(given) in (2, 3) and isinstance(given[0], str)
+    expected = "a name, a range and perhaps a unit: ('mass', (0.05, 2), 'kg')"
+    require(right, name, given, expected)
     return given if len(given) == 3 else (*given, "")

@@ -120,14 +120,11 @@ def draw_chunk(question: Question, draws: Sequence[Draw], cancel: Cancel) -> lis
     results: list[Draws | None] = []
     for _, group in groupby(draws, together):
         first, *others = group
-        found = metric_search(
-            *(first.problem, question.metric),
-            replace(question.settings, rollouts=1 + len(others)),
-            first.number if question.is_effort else None,
-            disturbance=_disturbance_of(question, first.problem),
-            cancel=cancel,
-            **({} if question.is_effort else OF_ROLLOUTS | {"first": first.number}),
-        )
+        settings = replace(question.settings, rollouts=1 + len(others))
+        number = first.number if question.is_effort else None
+        which: Any = {} if question.is_effort else OF_ROLLOUTS | {"first": first.number}
+        which |= {"disturbance": _disturbance_of(question, first.problem), "cancel": cancel}
+        found = metric_search(first.problem, question.metric, settings, number, **which)
         if not found.complete:
             raise Cancelled("cancelled within a trial")
         results += [_draws_of(question, found, first.problem), *(None for _ in others)]
@@ -164,10 +161,9 @@ def _disturbance_text(disturbance: Any) -> str | None:
     if disturbance is None:
         return None
     if not isinstance(disturbance, Disturbance):
-        raise ValueError(
-            f"disturbance is {shown(disturbance)}, which a store cannot tell from another "
-            "function: use a model of em.disturbances, or leave store out"
-        )
+        why = "which a store cannot tell from another function"
+        way = "use a model of em.disturbances, or leave store out"
+        raise ValueError(f"disturbance is {shown(disturbance)}, {why}: {way}")
     return text_of(disturbance)
 
 
@@ -175,6 +171,5 @@ def _problem_text(problem: Problem) -> str:
     try:
         return problem.to_json()
     except ValueError as error:
-        raise ValueError(
-            f"store keeps draws by the text of their problems: {error}, or leave store out"
-        ) from error
+        why = "store keeps draws by the text of their problems"
+        raise ValueError(f"{why}: {error}, or leave store out") from error

@@ -135,10 +135,9 @@ def _between(scene: Scene, hand: Fitted, state: NDArray[np.float64], surface: Po
     from scipy.spatial import ConvexHull
 
     bodies = scene.unpack(state)
-    shapes = {
-        body.name: shape_parts(body.shape) for body in scene.bodies if body.name in hand.fingers
-    }
-    corners = [_moved(part, bodies[name]) for name in hand.fingers for part in shapes[name]]
+    shapes = {body.name: body.shape for body in scene.bodies}
+    parts = [(part, bodies[name]) for name in hand.fingers for part in shape_parts(shapes[name])]
+    corners = [_moved(*one) for one in parts]
     hull = ConvexHull(np.concatenate(corners))
     return int(np.count_nonzero(_within(hull, _moved(surface, bodies["object"]))))
 

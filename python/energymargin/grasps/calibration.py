@@ -85,12 +85,9 @@ def calibrate(
     steps = round(positive_number("largest", largest) / STEP)
     tried: Vector = STEP * np.arange(-steps // 2, steps + 1, dtype=float)
     names = [name for one in sets for name in _groups(one, columns)]
-    found = np.concatenate(
-        [
-            _possible(one, trials_of(one, hand, thing, protocol), tried)
-            for one, thing in zip(sets, objects, strict=True)
-        ]
-    )
+    pairs = list(zip(sets, objects, strict=True))
+    trials = [trials_of(one, hand, thing, protocol) for one, thing in pairs]
+    found = np.concatenate([_possible(*one, tried) for one in zip(sets, trials, strict=True)])
     groups, number = np.unique(names, return_inverse=True)
     of_groups = [found[number == k] for k in range(len(groups))]
     own, chosen = np.argmin(np.abs(tried)), [_offset(each, tried) for each in of_groups]

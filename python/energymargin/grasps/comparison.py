@@ -195,10 +195,9 @@ def _compared(
             within = right.sum() / pairs.sum()
             drawn_within = (weights @ right) / (weights @ pairs) if not of_one else drawn_aucs
         ahead = found[PROBABILITY].cell.auc - cell.auc if found else 0.0
-        found[name] = ComparedScore(
-            *(cell, float(within), bootstrap.central(drawn_within)),
-            *(ahead, bootstrap.central(first - drawn_aucs) if found else None),
-        )
+        interval = bootstrap.central(first - drawn_aucs) if found else None
+        apart = (float(within), bootstrap.central(drawn_within))
+        found[name] = ComparedScore(cell, *apart, ahead, interval)
     return found
 
 

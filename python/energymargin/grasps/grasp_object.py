@@ -1,7 +1,11 @@
-"""What is gripped: its shape, mass and friction."""
+"""What is gripped: its shape, mass and friction; shapes travel to other processes as the calls that
+make them again."""
 
 from __future__ import annotations
 
+import copyreg
+import hashlib
+import pickle
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -10,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+import energymargin as em
 from energymargin import Inertial, Scene, World, mass_properties
 from energymargin.base.checks import not_negative_number, positive_number
 from energymargin.grasps.grasp_set import ObjectFacts
-from energymargin.grasps.shapes import digest
 from energymargin.scenes import shape_parts
 
 HEAVY = 50.0  # kg; what no hand lifts
@@ -170,3 +174,36 @@ class GraspObject:
         """What it is, as JSON."""
         own = {"shape": digest(self.shape), "mass": self.mass, "friction": self.friction}
         return own if self.inertial is None else own | {"inertial": digest(self.inertial)}
+
+
+FIELDS = {
+    em.Box: ("size",),
+    em.Sphere: ("radius",),
+    **dict.fromkeys((em.Cylinder, em.Capsule), ("radius", "length")),
+    em.ConvexHull: ("points",),
+    em.Part: ("shape", "position", "orientation"),
+    em.MassProperties: ("volume", "center", "moments", "axes"),
+    em.Inertial: ("center", "moments", "axes"),
+    em.Compound: ("parts", "solid"),
+}
+"""By kind, what it is made of, in the order of its arguments."""
+
+
+def _reduced(one: Any) -> tuple[Any, tuple[Any, ...]]:
+    """The call that makes a shape again, and its arguments, of plain numbers."""
+    given = [getattr(one, name) for name in FIELDS[type(one)]]
+    make = _inertial if isinstance(one, em.Inertial) else type(one)
+    return make, tuple(value.tolist() if hasattr(value, "tolist") else value for value in given)
+
+
+def _inertial(center: list[float], moments: list[float], axes: list[float]) -> em.Inertial:
+    return em.Inertial(center, inertia=moments, axes=axes)
+
+
+for kind in FIELDS:
+    copyreg.pickle(kind, _reduced)
+
+
+def digest(shape: Any) -> str:
+    """A text that is the same for equal shapes alone."""
+    return hashlib.sha256(pickle.dumps(shape, protocol=4)).hexdigest()

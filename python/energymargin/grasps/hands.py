@@ -19,13 +19,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin import Box, Compound, Joint, Mimic, Pad, Part, Scene, Surface, Tendon
-from energymargin.base.checks import (
-    check_type,
-    not_negative_number,
-    numbers_of,
-    positive_number,
-    require,
-)
+from energymargin.base import checks
+from energymargin.base.checks import check_type, not_negative_number, numbers_of, positive_number
 from energymargin.base.plausibility import kept_warnings
 from energymargin.grasps.frames import FRAMES, frame_in_hand, pose
 
@@ -226,7 +221,7 @@ class HandFile(Hand):
         for name, ends in self.close.items():
             numbers_of(f"close[{name!r}]", ends, "two finite numbers, open and closed", (2,))
         right = self.fingers and not isinstance(self.fingers, str)
-        require(right, "fingers", self.fingers, "a list of links, one at least")
+        checks.require(right, "fingers", self.fingers, "a list of links, one at least")
 
     @property
     def friction_rule(self) -> str:  # type: ignore[override]
@@ -290,9 +285,8 @@ class HandFile(Hand):
         if self._link not in links:
             known = f"one of {', '.join(links)}, a name of {', '.join(FRAMES)}"
             way = f"a distance along z [m] from the root {base!r}, or a pose"
-            raise ValueError(
-                f"frame is {self._link!r}, expected a link of {self.path}, {known}, {way}"
-            )
+            expected = f"a link of {self.path}, {known}, {way}"
+            raise ValueError(f"frame is {self._link!r}, expected {expected}")
         return np.asarray(np.linalg.inv(links[base]) @ links[self._link])
 
     @property
@@ -314,11 +308,9 @@ class HandFile(Hand):
     @cached_property
     def _joints(self) -> dict[str, Any]:
         """Of the joints of a URDF, their drives: what is said, and else the file's efforts."""
-        own = dict(self.options.get("joints", {}))
-        joints = own | {
-            name: {"start": start, "target": target} | own.get(name, {})
-            for name, (start, target) in self.close.items()
-        }
+        joints = dict(self.options.get("joints", {}))
+        for name, (start, target) in self.close.items():
+            joints[name] = {"start": start, "target": target} | joints.get(name, {})
         if all("stiffness" in joints[name] for name in self.close):
             return {"joints": joints}
         from energymargin import scenes

@@ -109,24 +109,22 @@ class GraspScores(Summarized):
         """What speaks against the scores."""
         made = int((self.endings != MISSING).sum())
         inside, missed = self.colliding.sum(), (self.endings == ENDINGS.index("not gripped")).sum()
-        hand, steps = f"of {made} trials the hand", max(self.steps.sum(), 1)
+        hand, solver = f"of {made} trials the hand", "the contact solver"
+        steps = max(self.steps.sum(), 1)
         places = {f"in {inside} {hand} was inside the object or the table": inside > MANY * made}
         places[f"in {missed} {hand} closed beside the object"] = missed > MOST * made
         wrong = "; ".join(text for text, many in places.items() if many)
         diverged = int((self.endings == DIVERGED).sum())
         loose, lost = self.unconverged.sum() / steps, self.lost_time.sum() / steps
         lost /= self.trials.step
-        still = (
-            f"nothing moved in {100 * lost:.1f} % of the time, as bodies would have passed through"
-        )
+        still = f"nothing moved in {100 * lost:.1f} % of the time, as bodies would have passed"
         number, error = next(iter(self.errors.items()), (0, ""))
         without = f"without a score: {len(self.errors)} grasps, as {self.grasps.names[number]}"
         found = {
             f"{wrong}: {self._doubts()}": wrong,
             f"{diverged} of {made} trials diverged, and do not count": diverged,
-            f"the contact solver did not converge in {100 * loose:.1f} % of the steps": loose
-            > LOOSE,
-            f"{still} each other: a grasp may look better than it is": lost > LOOSE,
+            f"{solver} did not converge in {100 * loose:.1f} % of the steps": loose > LOOSE,
+            f"{still} through each other: a grasp may look better than it is": lost > LOOSE,
             f"{without}: {error}": self.errors,
         }
         return tuple(text for text, true in found.items() if true)
@@ -245,10 +243,8 @@ class GraspScores(Summarized):
         counts += [self.colliding, self.redrawn.sum(axis=1)]
         figures = np.column_stack([*own, self.grasps.labels, *counts, *more.values()])
         head = ["rank", "name", "probability", "low", "high", "mean_time", "effort", "label"]
-        lines = [
-            [rank, self.grasps.names[k], *(_text("{:.6g}", figure) for figure in figures[k])]
-            for rank, k in enumerate(self.order, 1)
-        ]
+        texts = [[_text("{:.6g}", figure) for figure in row] for row in figures]
+        lines = [[rank, self.grasps.names[k], *texts[k]] for rank, k in enumerate(self.order, 1)]
         head += [name.replace(" ", "_") for name in (*ENDINGS, "colliding", "redrawn")]
         return csv_text([*head, *more], lines)
 

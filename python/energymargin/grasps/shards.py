@@ -82,9 +82,8 @@ def member_of(path: Path, wanted: str | None) -> tuple[str, bytes]:
             if name not in members:
                 some = ", ".join(map(repr, [*members][:3])) + " ..." * (len(members) > 3)
                 way = 'expected one of them, as where={"object": NAME}'
-                raise ValueError(
-                    f"has {len(members)} objects ({some}), and where has {name!r}; {way}"
-                )
+                said = f"has {len(members)} objects ({some})"
+                raise ValueError(f"{said}, and where has {name!r}; {way}")
             return name, _text(file, members[name])
     except DAMAGED as error:
         raise ValueError(f"is damaged or cut off, expected a whole tar file: {error}") from error

@@ -56,11 +56,8 @@ def approach_of(scene: Scene, hand: Fitted, state: State) -> NDArray[np.float64]
 
 def hand_force(contacts: Iterable[Contact], hand: Fitted) -> float:
     """With which a hand presses on what is not of it [N], in sum."""
-    return sum(
-        contact.normal_force
-        for contact in contacts
-        if (contact.body_a in hand.bodies) != (contact.body_b in hand.bodies)
-    )
+    own = set(hand.bodies)
+    return sum(c.normal_force for c in contacts if len({c.body_a, c.body_b} & own) == 1)
 
 
 def clearance(world: World, hand: Fitted, state: State) -> float:
@@ -76,11 +73,8 @@ def is_sunk(world: World, hand: Fitted, state: State) -> bool:
     """Whether two bodies are so deep in each other that no Problem can start there, of which one at
     least is not of the hand."""
     extents = {body.name: smallest_half_extent(body.shape) for body in world.scene.bodies}
-    return any(
-        world.distance(state, a, b) < -SUNK * min(extents[a], extents[b])
-        for a, b in combinations(extents, 2)
-        if not {a, b} <= set(hand.bodies)
-    )
+    pairs = [pair for pair in combinations(extents, 2) if not set(pair) <= set(hand.bodies)]
+    return any(world.distance(state, a, b) < -SUNK * min(extents[a], extents[b]) for a, b in pairs)
 
 
 def smallest_half_extent(shape: Any) -> float:

@@ -159,11 +159,10 @@ class GraspTrials:
         center = np.append(self.object.center, 1.0)
         away = np.linalg.norm((np.linalg.inv(grasps.poses) @ center)[:, :3], axis=1)
         if (far := float(np.median(away))) > FAR * size + REACH:
-            raise ValueError(
-                f"grasps are {far:.3g} m from the object's centre of mass in the median, and the "
-                f"object is {size:.3g} m large: poses in another frame or unit? {way}; poses in a "
-                "world's frame need object= of em.grasps.read"
-            )
+            said = f"grasps are {far:.3g} m from the object's centre of mass in the median"
+            large = f"and the object is {size:.3g} m large: poses in another frame or unit?"
+            world = "poses in a world's frame need object= of em.grasps.read"
+            raise ValueError(f"{said}, {large} {way}; {world}")
 
     def start(self, grasp: Grasp, draw: GraspDraw, deep: float = DEEP) -> HandStart:
         """Where the hand begins to close, by a draw of its pose, at most so `deep` in anything."""
@@ -231,12 +230,8 @@ class GraspTrials:
         except RuntimeError:  # what a simulation raises once its numbers are not finite
             return self.closed(scene, hand, start, "diverged")
         state = done.states[-1]
-        pressed = {
-            body
-            for contact in done.contacts[-1]
-            if contact.normal_force > 0 and "object" in (contact.body_a, contact.body_b)
-            for body in (contact.body_a, contact.body_b)
-        }
+        pairs = [{c.body_a, c.body_b} for c in done.contacts[-1] if c.normal_force > 0]
+        pressed = set[str]().union(*(pair for pair in pairs if "object" in pair))
         met = [starts.hand_force(contacts, hand) > BUMP for contacts in done.contacts[:-1]]
         ending = self.ending(world, hand, state, pressed)
         if any(one and other for one, other in pairwise(met)):

@@ -244,13 +244,13 @@ def _check_hand(
     """Raises ValueError on what does not go with a hand, or without one."""
     known = uncertainty is None or (uncertainty.pose is None and uncertainty.velocity is None)
     held, gripped, planned = (one is not None for one in (hand, grasp, plan))
+    moves = "uncertainty has a pose or a velocity"
     way = "expected friction and mass, and errors of its pose as poses of their own"
     faults = {
         "grasp is given, and no hand has it: expected one, as hand='panda'": gripped and not held,
         "grasp is None, expected where the hand holds the body, (4, 4)": held and not gripped,
         "plan and hand are given, expected one: a support that waits, or no hand": held and planned,
-        f"uncertainty has a pose or a velocity, but the hand holds the body: {way}": held
-        and not known,
+        f"{moves}, but the hand holds the body: {way}": held and not known,
     }
     for text, wrong in faults.items():
         if wrong:

@@ -132,11 +132,9 @@ class Pushes:
             self._limit.require("a push has ended")
         ends = self._scene.unpack(found.state)
         heights = np.ptp(self._corners @ self._up, axis=1)
-        return [
-            body.name
-            for body, height in zip(found.bodies, heights, strict=True)
-            if body.out or body.dropped > SUNK * height or self._tilt(body.name, ends) > FALLEN
-        ]
+        down = zip(found.bodies, heights, strict=True)
+        lower = [body for body, height in down if body.out or body.dropped > SUNK * height]
+        return [b.name for b in found.bodies if b in lower or self._tilt(b.name, ends) > FALLEN]
 
     def _tilt(self, name: str, ends: dict[str, dict[str, Floats]]) -> float:
         was, now = (Rotation.from_quat(s[name]["orientation"]) for s in (self._there, ends))

@@ -65,22 +65,20 @@ class Release:
         rows = self._grip.protocol.rows((base @ self.fitted.frame)[:3, :3], step)
         still = np.zeros((max(round(after / step), 1), 6))
         shares = np.append(self._grip.protocol.shares(step), np.ones(len(still)))
-        targets = {
-            name: shut + shares * (open_ - shut)
-            for name, (open_, shut) in self.fitted.targets.items()
-        }
+        ends = self.fitted.targets
+        targets = {name: shut + shares * (wide - shut) for name, (wide, shut) in ends.items()}
         rows = np.concatenate([rows, still])
         return Plan(step=step, targets=targets, velocities={self.fitted.base: rows})
 
     def blocked_by(self, state: Floats) -> str | None:
         """What the hand is in, if it is in something else than the body."""
         others = [one.name for one in self._old.bodies if one.name != self._body]
-        depths = {
-            other: min(self._world.distance(state, own, other) for own in self.fitted.bodies)
-            for other in others
-        }
-        in_way = {other: depth for other, depth in depths.items() if depth < -INSIDE}
-        return min(in_way, key=in_way.__getitem__, default=None)
+        depths = dict[str, float]()
+        for other in others:
+            gaps = (self._world.distance(state, own, other) for own in self.fitted.bodies)
+            if (gap := min(gaps)) < -INSIDE:
+                depths[other] = gap
+        return min(depths, key=depths.__getitem__, default=None)
 
 
 def quaternion(turn: Floats) -> Floats:

@@ -144,10 +144,8 @@ def resting_poses(
     properties = mass_properties(shape)
     mass = WATER * properties.volume if mass is None else checks.positive_number("mass", mass)
     checks.share("merge", merge)
-    count, fall = (
-        checks.whole_number("drops", drops, 0),
-        checks.not_negative_number("height", height),
-    )
+    count = checks.whole_number("drops", drops, 0)
+    fall = checks.not_negative_number("height", height)
     checks.seed_number(seed)
     up = checks.numbers_of("on", on, "the normal of a plane, three numbers", (3,))
     up = up / (np.linalg.norm(up) or np.nan)
@@ -166,19 +164,13 @@ def resting_poses(
     if basins and count and not done:
         limit.require("a drop has ended")
     tally = np.bincount([ends[k] for k in range(done)], minlength=len(faces.normals))
-    works = faces.works(basins)
-    poses = tuple(
-        RestingPose(
-            faces.pose(one.lowest, center),
-            one.share,
-            float(faces.heights[one.lowest]),
-            faces.way_out(one)[0],
-            {other: mass * GRAVITY * rise for other, rise in works[k].items()},
-            float(tally[one.faces].sum() / done) if done else np.nan,
-        )
-        for k, one in enumerate(basins)
-    )
-    return RestingPoses(shape, poses, mass, done, done == count or not basins)
+    poses = []
+    for one, rises in zip(basins, faces.works(basins), strict=True):
+        work = {other: mass * GRAVITY * rise for other, rise in rises.items()}
+        dropped = float(tally[one.faces].sum() / done) if done else np.nan
+        lies = (faces.pose(one.lowest, center), one.share, float(faces.heights[one.lowest]))
+        poses.append(RestingPose(*lies, faces.way_out(one)[0], work, dropped))
+    return RestingPoses(shape, tuple(poses), mass, done, done == count or not basins)
 
 
 @dataclass(eq=False)

@@ -256,9 +256,8 @@ class Places(NamedTuple):
         more = (0.0, 0.0, self.above.get(body.name, 0.0), 0.0, 0.0, 0.0)
         for axis, further in zip((*frame, *-frame), more, strict=True):
             reach = float(axis @ center) + self.radius + further
-            region &= regions.HalfSpace(
-                body.name, axis, reach, self.carrier, point="center_of_mass"
-            )
+            half = (body.name, axis, reach, self.carrier)
+            region &= regions.HalfSpace(*half, point="center_of_mass")
         return region
 
 

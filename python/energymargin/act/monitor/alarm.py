@@ -63,10 +63,9 @@ class Alarm:
         """What a threshold from data holds for; None of another. ValueError where that is not
         known."""
         if self.from_data and self.conditions is None:
-            raise ValueError(
-                f"alarm is of a threshold of {self.on:g} that does not say what it holds for, "
-                "expected one of threshold(..., conditions=Conditions(rollouts, horizon, period))"
-            )
+            said = f"alarm is of a threshold of {self.on:g} that does not say what it holds for"
+            way = "threshold(..., conditions=Conditions(rollouts, horizon, period))"
+            raise ValueError(f"{said}, expected one of {way}")
         return self.conditions if self.from_data else None
 
     def after(self, recent: Sequence[float], *, is_on: bool) -> bool:

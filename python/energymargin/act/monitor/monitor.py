@@ -255,10 +255,9 @@ class Monitor(Closing):
                 self._conditions.require_horizon(problem.horizon)
             asked = clock.monotonic()
             settings = replace(self._settings, rollouts=rollouts)
-            where: Any = {"threads": self._threads, "cancel": pushed.cancel, "most_diverged": ANY}
-            found: CaptureProbability = metric_search(
-                problem, "probability", settings, disturbance=self._disturbance, **where
-            )
+            rules: Any = {"disturbance": self._disturbance, "most_diverged": ANY}
+            where: Any = {"threads": self._threads, "cancel": pushed.cancel}
+            found = metric_search(problem, "probability", settings, **rules, **where)
         except Exception as error:  # whatever it is, the next state may be better
             return _Score(error=error)
         with self._lock:
