@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from energymargin.act.scale import Scale
+from energymargin.act.quantities import Scale
 from energymargin.base.checks import function_or_none, open_share, require, whole_number
 from energymargin.base.errors import DivergedError
 from energymargin.base.limits import Limit

@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Problem
 from energymargin.act.critical import CriticalValue, one_after_the_other
-from energymargin.act.quantities import Quantity, quantity_of
-from energymargin.act.scale import Scale
+from energymargin.act.quantities import Quantity, Scale, quantity_of
 from energymargin.base.checks import check_type, function_of, open_share, require, whole_number
 from energymargin.base.limits import Limit
 from energymargin.base.summary import Summarized

@@ -10,9 +10,8 @@ from energymargin.grasps.frames import FRAMES
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet, ObjectFacts, Source
 from energymargin.grasps.gripping import Grip, grip
-from energymargin.grasps.hands import Hand, HandFile, ParallelGripper
+from energymargin.grasps.hands import PRESETS as HANDS, Hand, HandFile, ParallelGripper
 from energymargin.grasps.limits import GraspLimits, limits
-from energymargin.grasps.presets import PRESETS as HANDS
 from energymargin.grasps.protocols import PRESETS as PROTOCOLS, Motion, Protocol
 from energymargin.grasps.scores import GraspScores
 from energymargin.grasps.scoring import score

@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from energymargin.base.checks import numbers_of
 from energymargin.base.reprs import Record
 from energymargin.grasps.grasp_object import GraspObject
-from energymargin.grasps.hands import Hand
+from energymargin.grasps.hands import Hand, preset
 from energymargin.grasps.outcomes import NO_GRIP, Grasp
-from energymargin.grasps.presets import preset
 from energymargin.grasps.protocols import Protocol, protocol_of
 from energymargin.grasps.trials import STEP, GraspTrials
 from energymargin.scenes import body_poses, pose

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -24,7 +23,7 @@ from energymargin.grasps.hands import Hand, ParallelGripper
 from energymargin.grasps.outcomes import Grasp
 from energymargin.grasps.protocols import Protocol
 from energymargin.grasps.scores import grasp_of
-from energymargin.grasps.scoring import KeptRows, trials_of
+from energymargin.grasps.scoring import kept_rows, trials_of
 from energymargin.grasps.trials import GraspTrials
 from energymargin.summary import Summarized
 
@@ -117,16 +116,16 @@ def limits(
     limit, every = Limit(timeout, cancel), [grasp_of(grasps, k) for k in range(len(grasps))]
     question.check(every[0])
     found: dict[int, Found | str] = {}
-    where: Any = {"threads": threads, "executor": executor, "progress": progress}
-    with nullcontext() if store is None else question.kept(store) as kept:
-        ask(
-            *([every], question.limits),
-            lambda answers: found.update({grasp.number: answer for grasp, answer in answers}),
-            kept=None if kept is None else kept.rows,
-            total=len(grasps),
-            **where,
-            **limit.rest(),
-        )
+    ends = {name: list(map(float, vary[name])) for name in vary}
+    kept_by: Any = {"read": _read, "written": _written}
+
+    def note(answers: Sequence[tuple[Grasp, Found | str]]) -> None:
+        found.update({grasp.number: answer for grasp, answer in answers})
+
+    where: Any = {"threads": threads, "executor": executor}
+    where |= {"progress": progress, "total": len(grasps)}
+    with kept_rows(store, trials, "limits", ends, sizes, **kept_by) as kept:
+        ask([every], question.limits, note, kept=kept, **where, **limit.rest())
     if not found:
         limit.require("a grasp has its limits")
     errors = {k: one for k, one in sorted(found.items()) if isinstance(one, str)}
@@ -154,12 +153,6 @@ class _Question:
             critical_value_of(lambda _, draws: np.ones(len(draws)), name, ends, **self.sizes)
             for end in ends:
                 self._varied(grasp, name, end)
-
-    def kept(self, store: str | Path) -> KeptRows:
-        """The file of answers, open; of a grasp that failed there is none."""
-        ends = {name: list(map(float, ends)) for name, ends in self.vary.items()}
-        options: Any = {"read": _read, "written": _written}
-        return KeptRows(store, self.trials, "limits", ends, self.sizes, **options)
 
     def limits(self, grasps: Sequence[Grasp], cancel: Cancel) -> list[Found | str]:
         """On a worker: the limits of some grasps, or why they have none."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 import math
 import time
-from collections.abc import Callable, Sequence
-from contextlib import nullcontext
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import astuple, dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -18,14 +18,13 @@ from energymargin import Cancel, Cancelled, margin_profile
 from energymargin.base.checks import check_type, one_of, positive_number, seed_number, whole_number
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import kept_warnings, warn
-from energymargin.disturbances import Disturbance, Uniform, text_of
+from energymargin.disturbances import Disturbance, text_of
 from energymargin.executors import Executor, Kept, ask
 from energymargin.grasps.belief import GraspBelief, lab
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet
-from energymargin.grasps.hands import Hand
+from energymargin.grasps.hands import Hand, preset
 from energymargin.grasps.outcomes import ENDINGS, Grasp, Outcome
-from energymargin.grasps.presets import preset
 from energymargin.grasps.protocols import Protocol, protocol_of
 from energymargin.grasps.scores import GraspScores, grasp_of
 from energymargin.grasps.trials import COLLIDING, STEP, GraspTrials
@@ -98,7 +97,8 @@ def score(
     nodes = None if effort is None else whole_number("effort", effort, 1)
     limit, there = Limit(timeout, cancel), 0
     scores = GraspScores.before(grasps, trials, count)
-    where: Any = {"threads": threads, "executor": executor, "progress": progress}
+    where: Any = {"threads": threads, "executor": executor}
+    where |= {"progress": progress, "total": len(grasps)}
 
     def note(rows: Sequence[tuple[Grasp, GraspRow]]) -> None:
         nonlocal scores, there
@@ -106,15 +106,11 @@ def score(
         for _, row in rows:
             _put(scores, row)
 
-    with nullcontext() if store is None else _kept(store, trials, count, nodes) as kept:
-        ask(
-            [[grasp_of(grasps, number) for number in range(len(grasps))]],
-            *(partial(score_grasps, trials, count, nodes), note),
-            kept=None if kept is None else kept.rows,
-            total=len(grasps),
-            **where,
-            **limit.rest(),
-        )
+    kept_by: Any = {"read": _read, "written": _written}
+    with kept_rows(store, trials, count, nodes, **kept_by) as kept:
+        every = [grasp_of(grasps, number) for number in range(len(grasps))]
+        work = partial(score_grasps, trials, count, nodes)
+        ask([every], work, note, kept=kept, **where, **limit.rest())
     if there == 0:
         limit.require("a grasp has its score")
     warn([(text, text) for text in scores.warnings], None)
@@ -122,31 +118,23 @@ def score(
 
 
 def trials_of(
-    grasps: GraspSet,
-    hand: Hand | str,
-    object: GraspObject,
-    protocol: Protocol | str,
-    *,
-    belief: GraspBelief | str | None = None,
-    disturbance: Disturbance | None = None,
-    colliding: str = "lost",
-    seed: int = 0,
-    step: float = STEP,
+    grasps: GraspSet, hand: Hand | str, object: GraspObject, protocol: Protocol | str, **asked: Any
 ) -> GraspTrials:
-    """What all trials have in common; raises ValueError on bad arguments."""
+    """What all trials have in common, `asked` as of `score`; raises ValueError on bad arguments."""
     check_type("grasps", grasps, GraspSet, "an em.grasps.GraspSet, as of em.grasps.read(path)")
     check_type("object", object, GraspObject, "an em.grasps.GraspObject")
     hand = preset(hand) if isinstance(hand, str) else hand
     check_type("hand", hand, Hand, "a hand of em.grasps or the name of a preset")
-    if isinstance(belief, str):
+    usual = {name for name in ("belief", "disturbance") if asked.get(name) is None}
+    given = {name: value for name, value in asked.items() if name not in usual}
+    if isinstance(belief := given.get("belief"), str):
         one_of("belief", belief, ("lab",))
-        belief = lab()
-    belief = GraspBelief() if belief is None else belief
-    check_type("belief", belief, GraspBelief, "an em.grasps.GraspBelief, or 'lab'")
-    one_of("colliding", colliding, COLLIDING)
-    pushed = Uniform() if disturbance is None else disturbance
-    asked = (protocol_of(protocol), belief, pushed, colliding, seed_number(seed))
-    trials = GraspTrials(hand, object, *asked, positive_number("step", step))
+        given["belief"] = lab()
+    given["seed"] = seed_number(asked.get("seed", 0))
+    given["step"] = positive_number("step", asked.get("step", STEP))
+    trials = GraspTrials(hand, object, protocol_of(protocol), **given)
+    check_type("belief", trials.belief, GraspBelief, "an em.grasps.GraspBelief, or 'lab'")
+    one_of("colliding", trials.colliding, COLLIDING)
     trials.check(grasps)
     return trials
 
@@ -214,34 +202,31 @@ class GraspRow:
     error: str | None = None
 
 
-class KeptRows(AnswerFile):
-    """A store, and what its rows depend on beside the grasp."""
+@contextmanager
+def kept_rows(
+    store: str | Path | None,
+    trials: GraspTrials,
+    *more: Any,
+    read: Callable[[Grasp, bytes], Any],
+    written: Callable[[Any], bytes | None],
+) -> Iterator[Kept[Grasp, Any] | None]:
+    """The rows of a store, known by what they depend on; None without a store.
 
-    def __init__(
-        self,
-        store: str | Path,
-        trials: GraspTrials,
-        *more: Any,
-        read: Callable[[Grasp, bytes], Any],
-        written: Callable[[Any], bytes | None],
-    ) -> None:
-        """`more`: what is asked besides. `read` and `written`: rows as bytes.
+    `more`: what is asked besides. `read` and `written`: rows as bytes. Errors: as AnswerFile.
+    Raises ValueError on a disturbance or a belief that cannot be written down.
+    """
+    if store is None:
+        yield None
+        return
+    known = {name: getattr(trials, name).text for name in OF_TRIALS}
+    known |= {name: getattr(trials, name) for name in ("colliding", "seed", "step")}
+    asked = json.dumps([known, text_of(trials.disturbance), *more])
+    with AnswerFile(store, create=True) as file:
 
-        Errors: as AnswerFile. Raises ValueError on a disturbance or a belief that cannot be written
-        down.
-        """
-        asked = {name: getattr(trials, name).text for name in OF_TRIALS}
-        asked |= {name: getattr(trials, name) for name in ("colliding", "seed", "step")}
-        self._asked = json.dumps([asked, text_of(trials.disturbance), *more])
-        super().__init__(store, create=True)
-        self.rows = Kept[Grasp, Any](self, self._digest, read, written)
+        def digest(grasp: Grasp) -> bytes:
+            return file.key(asked, grasp.opening, grasp.pose.tobytes(), grasp.placed.tobytes())
 
-    def _digest(self, grasp: Grasp) -> bytes:
-        return self.key(self._asked, grasp.opening, grasp.pose.tobytes(), grasp.placed.tobytes())
-
-
-def _kept(store: str | Path, trials: GraspTrials, count: int, nodes: int | None) -> KeptRows:
-    return KeptRows(store, trials, count, nodes, read=_read, written=_written)
+        yield Kept(file, digest, read, written)
 
 
 def _read(grasp: Grasp, content: bytes) -> GraspRow:

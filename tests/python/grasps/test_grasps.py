@@ -25,7 +25,7 @@ from energymargin.grasps import (
     score,
 )
 from energymargin.grasps.belief import lab
-from energymargin.grasps.presets import PRESETS, preset
+from energymargin.grasps.hands import PRESETS, preset
 from energymargin.grasps.protocols import LIFT
 from energymargin.grasps.scores import grasp_of
 from energymargin.grasps.scoring import score_grasps

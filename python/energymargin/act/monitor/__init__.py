@@ -7,9 +7,8 @@ same `Conditions`.
 """
 
 from energymargin.act.monitor.alarm import Alarm, Alarms, Threshold, alarms, first_loss, threshold
-from energymargin.act.monitor.conditions import Conditions
 from energymargin.act.monitor.monitor import Monitor
-from energymargin.act.monitor.stream import Counters, Reading
+from energymargin.act.monitor.stream import Conditions, Counters, Reading
 from energymargin.base.doors import check_doors
 from energymargin.evaluate.futures import or_success
 

@@ -18,8 +18,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin.act.monitor.conditions import Conditions
-from energymargin.base.checks import check_shape, numbers_of, open_share, require, whole_number
+from energymargin.act.monitor.stream import Conditions
+from energymargin.base import checks
+from energymargin.base.checks import numbers_of, open_share, require, whole_number
 from energymargin.base.reprs import Record
 
 Lost = Sequence[int | None]
@@ -241,7 +242,7 @@ def first_loss(captured: ArrayLike, succeeded: ArrayLike | None = None) -> int |
 
 def _labels_of(name: str, given: ArrayLike, count: int | None) -> NDArray[np.bool_]:
     labels = np.array(given)
-    check_shape(name, labels, (labels.size if count is None else count,), bool)
+    checks.check_shape(name, labels, (labels.size if count is None else count,), bool)
     return labels
 
 

@@ -18,8 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Cancel, CaptureProbability, Problem, disturbances
 from energymargin.act.monitor.alarm import Alarm, Threshold
-from energymargin.act.monitor.conditions import Pace
-from energymargin.act.monitor.stream import Counters, Pushed, Reading, Stream
+from energymargin.act.monitor.stream import Counters, Pace, Pushed, Reading, Stream
 from energymargin.base import checks
 from energymargin.base.closing import Closing
 from energymargin.evaluate.divergence import ANY, is_unknown
