@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Cancel, Cancelled, CaptureProbability, Problem
-from energymargin.act.trials import OF_ROLLOUTS
+from energymargin.act.draws import OF_ROLLOUTS
 from energymargin.base.checks import numbers_of, require, shown, whole_number
 from energymargin.base.reprs import Record
 from energymargin.evaluate.divergence import is_unknown

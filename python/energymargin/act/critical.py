@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Cancelled, Problem
 from energymargin.act.crossing import Search
-from energymargin.act.draws import Disturbance, Draws, Question, Trial, check_uncertainty
-from energymargin.act.trials import Trials
+from energymargin.act.draws import Disturbance, Draws, Question, Trial, Trials, check_uncertainty
 from energymargin.base.checks import function_of
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import warn

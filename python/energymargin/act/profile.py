@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Plan, Problem, World
-from energymargin.act.draws import Disturbance, Draws, Question, Trial
-from energymargin.act.trials import Trials
+from energymargin.act.draws import Disturbance, Draws, Question, Trial, Trials
 from energymargin.base.checks import check_type, function_or_none, whole_number, yes_or_no
 from energymargin.base.limits import Limit
 from energymargin.base.metrics import value_text, with_unit

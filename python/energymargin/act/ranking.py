@@ -11,9 +11,16 @@ import numpy as np
 
 from energymargin._core import Cancel, Plan, Problem
 from energymargin.act.candidates import Standing, check_alike, named
-from energymargin.act.draws import EFFORTS, Disturbance, Draws, Question, Trial, check_uncertainty
+from energymargin.act.draws import (
+    EFFORTS,
+    Disturbance,
+    Draws,
+    Question,
+    Trial,
+    Trials,
+    check_uncertainty,
+)
 from energymargin.act.racing import Duel, beaten, beats, duel, looks, mistaken
-from energymargin.act.trials import Trials
 from energymargin.base.checks import by_name, function_or_none, share, whole_number, yes_or_no
 from energymargin.base.limits import Limit
 from energymargin.base.summary import Summarized

@@ -24,8 +24,7 @@ from energymargin.grasps import Hand, Protocol
 from energymargin.placing.boxes import Floats, require_contacts, up_of
 from energymargin.placing.jolts import Jolts
 from energymargin.placing.pushes import Push, Pushes
-from energymargin.placing.releases import Release
-from energymargin.placing.rooms import DROP, Room, named
+from energymargin.placing.rooms import DROP, Release, Room, named
 from energymargin.placing.settling import settle
 from energymargin.placing.stacks import Places, carrier_of, staying
 from energymargin.summary import Summarized

@@ -8,8 +8,7 @@ import pytest
 from sliding import HORIZON, MASS, problem, still
 
 import energymargin as em
-from energymargin.act.evolution import MOST, adapted, scaled
-from energymargin.act.parameters import Parameters
+from energymargin.act.parameters import MOST, Parameters, adapted, scaled
 from energymargin.disturbances import text_of
 from energymargin.model.plans import in_steps
 

@@ -174,7 +174,7 @@ def test_what_a_tar_file_of_a_stranger_unpacks_to_is_bounded(
     tmp_path, monkeypatch, members, message
 ):
     for name, value in (("MOST_TEXT", 2**19), ("MOST_MEMBERS", 100), ("MOST_UNPACKED", 2**22)):
-        monkeypatch.setattr(f"energymargin.grasps.shards.{name}", value)
+        monkeypatch.setattr(f"energymargin.grasps.files_json.{name}", value)
     with pytest.raises(ValueError, match=message):
         grasps.read(tar(tmp_path, *members), frame="grasp")
 

@@ -20,8 +20,8 @@ from gymnasium.utils import RecordConstructorArgs
 from energymargin._core import Problem
 from energymargin.act import choosing
 from energymargin.act.choosing import Candidates, Choice, Noise, SafestAction
+from energymargin.act.draws import OF_ROLLOUTS
 from energymargin.act.gym.environment import ScriptedFuture
-from energymargin.act.trials import OF_ROLLOUTS
 from energymargin.base import checks
 from energymargin.base.metrics import TIMED, check_metrics, is_likelihood
 from energymargin.disturbances import Disturbance

@@ -19,8 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from energymargin import Problem, tasks
-from energymargin.act.surrogates.features import FeaturesOf, Layout, Vector
-from energymargin.act.surrogates.model import Estimates, Model, Quality
+from energymargin.act.surrogates.model import Estimates, FeaturesOf, Layout, Model, Quality, Vector
 from energymargin.base.checks import numbers_of, seed_number, share, shown
 from energymargin.base.metrics import is_likelihood
 from energymargin.base.replacing import replaced
