@@ -16,7 +16,6 @@ from energymargin.base.checks import check_type, numbers_of, positive_number, sh
 from energymargin.base.replacing import replaced
 from energymargin.grasps import files_csv, files_hdf5, files_json, files_yaml, grasp_set
 from energymargin.grasps.content import Content
-from energymargin.grasps.files_json import is_shard
 from energymargin.grasps.frames import grasp_frame, pose
 from energymargin.grasps.grasp_set import Column, GraspSet, ObjectFacts, Poses, Source
 
@@ -35,6 +34,8 @@ UNREAD = {
     b"MATLAB 5.0": "a file of Matlab",
 }
 """By their first bytes, formats that are named."""
+PACKED = (b"\x1f\x8b", b"BZh", b"\xfd7zXZ")
+"""First bytes of files of gzip, bzip2 and xz."""
 YAML = re.compile(rb"(\s|#.*\n|---)*(- +[\w\"']+ *:|[\w\"']+ *:\s*[\w\"'\[{-])")
 """The start of a YAML file: an entry of a list or of a mapping."""
 OURS, SCORE, RECORDED = "energymargin/", "probability", "energymargin/recorded"
@@ -62,8 +63,7 @@ def read(
         object: the pose of the object in the frame of the file's poses, if that is a board's or
             the world's; or a CSV file of poses with columns that tell whose they are, as
             layout,object. None: the file's poses are in the object's frame.
-        where: values, or lists of values, by column: other rows are left out. `object` chooses
-            that of a tar file.
+        where: values, or lists of values, by column: other rows are left out.
         scale: what makes metres of the file's lengths.
 
     A pose is a matrix (4, 4), or x, y, z [m] and a unit quaternion x, y, z, w.
@@ -76,7 +76,7 @@ def read(
     if not path.is_file():
         raise FileNotFoundError(f"path is {str(path)!r}, and there is no such file")
     try:
-        return _grasps(path, _chosen(_content(path, where), where), frame, object, scale)
+        return _grasps(path, _chosen(_content(path), where), frame, object, scale)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
 
@@ -129,7 +129,7 @@ def write(
         module.write(file, content)
 
 
-def _content(path: Path, where: Mapping[str, Any]) -> Content:
+def _content(path: Path) -> Content:
     """The content of a file of any format."""
     with path.open("rb") as file:
         start = file.read(65536)
@@ -138,8 +138,8 @@ def _content(path: Path, where: Mapping[str, Any]) -> Content:
     for magic, name in UNREAD.items():
         if start.startswith(magic):
             raise ValueError(f"is {name}, which is not read: {files_yaml.OF_POSES}")
-    if is_shard(path):
-        return files_json.read_shard(path, where)
+    if start.startswith(PACKED) or start[257:262] == b"ustar":
+        raise ValueError("is a packed file or a tar file, which is not read: unpack it (tar -xf)")
     if start.lstrip(b"\xef\xbb\xbf \t\r\n").startswith((b"{", b"[")):
         return files_json.read(path)
     if re.search(rb"^(format|grasps)\s*:", start, re.MULTILINE):

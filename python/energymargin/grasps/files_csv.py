@@ -39,9 +39,9 @@ SPELLINGS: dict[str, tuple[str, ...]] = {
 WORDS = {"true": "1", "yes": "1", "false": "0", "no": "0", "": "nan"}
 EXPECTED = (
     "a table whose first line names x, y, z with qx, qy, qz, qw or m00 to m33, and opening, label, "
-    "name if there are any, or else HDF5 of ACRONYM, JSON of GraspGen or a tar file of it, or YAML "
-    "of isaac_grasp; angles such as roll, pitch, yaw are not read. em.grasps.GraspSet(poses) takes "
-    "matrices (n, 4, 4) of any source"
+    "name if there are any, or else HDF5 of ACRONYM, JSON of GraspGen or YAML of isaac_grasp; "
+    "angles such as roll, pitch, yaw are not read. em.grasps.GraspSet(poses) takes matrices "
+    "(n, 4, 4) of any source"
 )
 
 
