@@ -160,8 +160,7 @@ def choose(
     probabilities = np.full(count, np.nan)
     first = probability(0)
     probabilities[0] = _share_of(first)
-    others = max(count - 1, 1)
-    z = NormalDist().inv_cdf(1 - (1 - confidence) / others)
+    z = NormalDist().inv_cdf(1 - (1 - confidence) / max(count - 1, 1))
     if is_unknown(first) or not _better(1.0, first.effective, first, z):
         return 0, probabilities
     best, highest = 0, first.captured

@@ -29,6 +29,8 @@ MORE = (
 
 ProblemOf = Callable[[float], Problem]
 Progress = Callable[[int, int], None]
+Asked = tuple[ProblemOf, str, tuple[float, float], str]
+"""A critical value that is searched: of which problems, its name, range and unit."""
 OutcomesOf = Callable[[float, Sequence[int]], Any]
 
 
@@ -202,21 +204,18 @@ def critical_value_of(
 
 
 def one_after_the_other(
-    searches: Iterable[tuple[ProblemOf, str, tuple[float, float], str]],
-    progress: Callable[[int, int], None] | None,
-    limit: Limit,
-    asked: Mapping[str, Any],
+    searches: Iterable[Asked], progress: Progress | None, limit: Limit, asked: Mapping[str, Any]
 ) -> tuple[CriticalValue, ...]:
     """Critical values of problems by name, range and unit; those that a limit left out are unknown.
 
     Raises TimeoutError or Cancelled if that is the first.
     """
     found: list[CriticalValue] = []
+    tell = progress or (lambda done, total: None)
     for problem_of, name, ends, unit in searches:
+        n = sum(one.rollouts for one in found)
         given: dict[str, Any] = {**asked, **limit.rest(), "unit": unit}
-        if progress is not None:
-            before = sum(one.rollouts for one in found)
-            given["progress"] = _later(progress, before)
+        given["progress"] = lambda done, total, n=n: tell(n + done, n + total)
         try:
             found.append(critical_value(problem_of, name, ends, **given))
         except (Cancelled, TimeoutError):
@@ -224,11 +223,6 @@ def one_after_the_other(
                 raise
             found.append(_unknown(name, unit, ends, found[0]))
     return tuple(found)
-
-
-def _later(progress: Progress, before: int) -> Progress:
-    """The progress of a search after others that took so many rollouts."""
-    return lambda done, total: progress(before + done, before + total)
 
 
 def _unknown(

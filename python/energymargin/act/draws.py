@@ -280,9 +280,9 @@ class Trials(ExitStack):
         if self._file is None:
             return None
         file = self._file
-        asked = (question.metric, question.seed, question.nodes)
         known = None if self._uncertainty is None else self._uncertainty.to_json()
-        asked_of = (known, *asked, _disturbance_text(question.disturbance))
+        asked = (known, question.metric, question.seed, question.nodes)
+        pushed = _disturbance_text(question.disturbance)
 
         def digest(trial: Trial) -> bytes:
             """The particles of a candidate follow from the first one and their numbers."""
@@ -290,7 +290,7 @@ class Trials(ExitStack):
             own = [] if trial.particles is None else [trial.particles[k] for k in trial.numbers]
             particles = tuple(one.number for one in own)
             text = _problem_text(first.problem)
-            return file.key(*asked_of, first.number, len(trial), particles, text)
+            return file.key(*asked, pushed, first.number, len(trial), particles, text)
 
         return Kept(file, digest, _read, _written)
 

@@ -245,11 +245,6 @@ class _Run:
     draws: int = 0
     trials: Trials = field(init=False)
 
-    @property
-    def question(self) -> Question:
-        """What each draw is asked under the stated disturbance."""
-        return self.maker.question
-
     def count(self, draws: Draws) -> None:
         """Counts draws, and tells the progress."""
         self.steps += draws.steps
@@ -289,8 +284,7 @@ class _Run:
         sobol = qmc.Sobol(len(box), seed=np.random.default_rng(seed))
         points = np.array([box.start, *sobol.random(spread)])
         ranking = self._raced(_numbered(points), seed, self.rollouts, self.of_search)
-        chosen: Point = points[int(ranking.best)]
-        return chosen
+        return np.asarray(points[int(ranking.best)])
 
     def _searched(self, search: Evolution, *, harden: bool) -> tuple[list[Generation], bool]:
         """The generations until the budget leaves but the last comparison, or the limit is reached,
@@ -300,8 +294,10 @@ class _Run:
         be, or all are out of the capture set at once.
         """
         generations: list[Generation] = []
+        score = self.maker.question.score
         factor, last, empty, whole = 1.0, 0, 0, True
-        while not generations or self.steps + last + self._last_steps <= self.budget:
+        draws_at_end, ending = (LAST + 2) * self._last_draws, 0.0  # about the steps of that
+        while not generations or self.steps + last + ending <= self.budget:
             before = self.steps
             points = search.ask()
             seed = stream(self._seed(SEARCH), len(generations))
@@ -309,13 +305,14 @@ class _Run:
             if draws is None:
                 whole = False
                 break
-            scores = np.array([np.nan if d is None else self.question.score(d) for d in draws])
+            scores = np.array([np.nan if d is None else score(d) for d in draws])
             losses = _losses(scores, draws, [self.maker.violation(point) for point in points])
             search.tell(losses)
             favourite, last = search.favourite, self.steps - before
+            ending = draws_at_end * self.steps / max(self.draws, 1)
             best = int(np.argmin(losses))
             generations.append(Generation(points, scores, best, factor, favourite))
-            if harden and not self.question.is_effort:
+            if harden and not self.maker.question.is_effort:
                 factor = adapted(factor, scores[np.isfinite(scores)])
             empty = 0 if self.steps > before else empty + 1
             if empty == MOST_EMPTY:
@@ -325,13 +322,8 @@ class _Run:
         return generations, whole
 
     @property
-    def _last_steps(self) -> float:
-        """About the simulation steps of the last comparison."""
-        return (LAST + 2) * self._last_draws * self.steps / max(self.draws, 1)
-
-    @property
     def _last_draws(self) -> int:
-        return FINAL_SEARCHES if self.question.is_effort else FINAL_ROLLOUTS
+        return FINAL_SEARCHES if self.maker.question.is_effort else FINAL_ROLLOUTS
 
     def _raced(
         self, points: dict[str, Point], seed: int, draws: int, limit: Limit, *, race: bool = True
@@ -341,7 +333,7 @@ class _Run:
         problems = self.maker.problems(points)
         if not problems:
             raise ValueError("make_plan returned None for values that it made a plan of before")
-        question = replace(self.question, seed=seed)
+        question = replace(self.maker.question, seed=seed)
         try:
             asked = Race(problems, self.uncertainty, question)
             return asked.run(self.trials, limit, draws, race=race)
@@ -355,8 +347,8 @@ class _Run:
         """The draws of each point; None of those that cannot be, or whose rollouts diverge, or if
         the limit came first."""
         problems = self.maker.problems(_numbered(points))
-        harder = scaled(self.question.disturbance, factor)
-        question = replace(self.question, seed=seed, disturbance=harder)
+        harder = scaled(self.maker.question.disturbance, factor)
+        question = replace(self.maker.question, seed=seed, disturbance=harder)
         race = Race(problems, self.uncertainty, question)
         if not race.draw(self.rollouts, self.trials, self.of_search):
             return None
@@ -367,7 +359,7 @@ class _Run:
         return draws
 
     def _seed(self, number: int) -> int:
-        return stream(self.question.seed, number)
+        return stream(self.maker.question.seed, number)
 
 
 def _numbered(points: Point) -> dict[str, Point]:

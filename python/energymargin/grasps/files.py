@@ -15,9 +15,8 @@ from numpy.typing import ArrayLike
 from energymargin.base.checks import check_type, numbers_of, positive_number, shown
 from energymargin.base.replacing import replaced
 from energymargin.grasps import files_csv, files_hdf5, files_json, files_yaml, grasp_set
-from energymargin.grasps.content import Content
 from energymargin.grasps.frames import grasp_frame, pose
-from energymargin.grasps.grasp_set import Column, GraspSet, ObjectFacts, Poses, Source
+from energymargin.grasps.grasp_set import Column, Content, GraspSet, ObjectFacts, Poses, Source
 
 WRITERS: dict[str, Any] = {".h5": files_hdf5, ".hdf5": files_hdf5, ".json": files_json}
 WRITERS |= {".yaml": files_yaml, ".yml": files_yaml}

@@ -11,9 +11,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.grasps.content import Content, plain
 from energymargin.grasps.frames import poses_of, quaternions_of
-from energymargin.grasps.grasp_set import Column
+from energymargin.grasps.grasp_set import Column, Content, plain
 
 FORMAT, FRAME, GRASPA = "CSV", "grasp", "GRASPA"
 LABEL, OPENING, NAME = "label", "opening", "name"

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from energymargin.base.checks import numbers_of
-from energymargin.grasps.content import Content, column_of, flat, nested, plain
+from energymargin.grasps.grasp_set import Content, column_of, flat, nested, plain
 
 FORMAT, FRAME = "GraspGen", None
 LABEL = "object_in_gripper"

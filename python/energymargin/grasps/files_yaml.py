@@ -9,8 +9,8 @@ import numpy as np
 
 from energymargin.base.checks import numbers_of, shown
 from energymargin.base.errors import needs_extra
-from energymargin.grasps.content import Content, column_of, flat, nested, plain
 from energymargin.grasps.frames import poses_of, quaternions_of
+from energymargin.grasps.grasp_set import Content, column_of, flat, nested, plain
 
 FORMAT, FRAME = "isaac_grasp", None
 LABEL = "confidence"

@@ -12,10 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from energymargin import Problem
 from energymargin.base.checks import check_shape, not_negative_number, share
-from energymargin.base.plausibility import kept_warnings
 from energymargin.base.table_text import csv_text
 from energymargin.grasps.grasp_set import GraspSet
-from energymargin.grasps.outcomes import ENDINGS, NO_GRIP, Grasp
+from energymargin.grasps.outcomes import ENDINGS, Grasp
 from energymargin.grasps.trials import GraspTrials
 from energymargin.summary import Summarized
 
@@ -204,12 +203,9 @@ class GraspScores(Summarized):
     def shown(self, number: int) -> tuple[Problem, str]:
         """The problem of a grasp to look at, as is believed most, and why the hand could not close
         on the object: then it is open, where the grasp says. Else that is empty."""
-        grasp, draw = grasp_of(self.grasps, number), self.trials.draw(-1)
-        closed = self.trials.grip(grasp, draw)
-        if closed.ending:
-            return self.trials.open_problem(grasp), NO_GRIP[closed.ending]
-        with kept_warnings():  # the half turn of a hand from above is meant
-            return self.trials.problem(closed, draw), ""
+        grasp = grasp_of(self.grasps, number)
+        problem, why = self.trials.likely(grasp)
+        return (problem or self.trials.open_problem(grasp)), why
 
     def table(self, ranks: Sequence[int] | None = None) -> dict[str, list[str]]:
         """Texts by column, the best grasp first: all of them, or those of some ranks, from 0 on.

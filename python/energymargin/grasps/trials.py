@@ -69,10 +69,8 @@ class GraspTrials:
 
     def draw(self, number: int) -> GraspDraw:
         """Draw `number` of what is not known, but for the pose; -1: what is believed most."""
-        likely = {"friction": self.object.friction, "mass": self.object.mass}
-        if number < 0:
-            return GraspDraw(number, **likely, force=self.hand.force)
-        return self.belief.draw(number, self.seed, **likely, force=self.hand.force)
+        likely = GraspDraw(number, self.object.friction, self.object.mass, self.hand.force)
+        return likely if number < 0 else self.belief.draw(likely, self.seed)
 
     def outcomes(self, grasp: Grasp, count: int, cancel: Cancel | None = None) -> list[Outcome]:
         """The first trials of a grasp. Where nothing is unknown the hand closes once for all."""
@@ -125,13 +123,19 @@ class GraspTrials:
 
         Raises ValueError if the hand does not close on the object.
         """
+        problem, why = self.likely(grasp, cancel)
+        if problem is None:
+            raise ValueError(f"number is {grasp.number}, a grasp whose hand {why}")
+        return problem
+
+    def likely(self, grasp: Grasp, cancel: Cancel | None = None) -> tuple[Problem | None, str]:
+        """The problem of a grasp with what is believed most, or why the hand does not close."""
         draw = self.draw(-1)
         closed = self.grip(grasp, draw, cancel)
         if closed.ending:
-            why = NO_GRIP[closed.ending]
-            raise ValueError(f"number is {grasp.number}, a grasp whose hand {why}")
+            return None, NO_GRIP[closed.ending]
         with kept_warnings():  # the half turn of a hand from above is meant
-            return self.problem(closed, draw)
+            return self.problem(closed, draw), ""
 
     def open_problem(self, grasp: Grasp) -> Problem:
         """The open hand where the grasp says, to be seen: it passes through whatever is there."""
