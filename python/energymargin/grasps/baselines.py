@@ -13,9 +13,8 @@ from energymargin.base.checks import check_type
 from energymargin.base.plausibility import kept_warnings
 from energymargin.grasps.belief import GraspDraw
 from energymargin.grasps.hands import Fitted
-from energymargin.grasps.outcomes import Closed, Grasp
+from energymargin.grasps.outcomes import Closed, Grasp, clearance
 from energymargin.grasps.scores import HELD, MISSING, GraspScores, grasp_of
-from energymargin.grasps.starts import clearance
 from energymargin.grasps.trials import TOUCHING, GraspTrials
 from energymargin.grasps.wrenches import wrench_space
 from energymargin.scenes import pose, shape_parts

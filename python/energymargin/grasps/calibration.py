@@ -16,11 +16,10 @@ from energymargin.base.checks import check_shape, one_of, positive_number, requi
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet
 from energymargin.grasps.hands import Hand, ParallelGripper
-from energymargin.grasps.outcomes import Grasp
+from energymargin.grasps.outcomes import Grasp, clearance
 from energymargin.grasps.protocols import Protocol
 from energymargin.grasps.scores import grasp_of
 from energymargin.grasps.scoring import trials_of
-from energymargin.grasps.starts import clearance
 from energymargin.grasps.trials import GraspTrials
 from energymargin.summary import Summarized
 

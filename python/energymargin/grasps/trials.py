@@ -19,14 +19,13 @@ import energymargin as em
 from energymargin import Cancel, Cancelled, Plan, Problem, Scene, World, regions
 from energymargin.base.plausibility import kept_warnings
 from energymargin.disturbances import Disturbance, Uniform
-from energymargin.grasps import starts
+from energymargin.grasps import outcomes
 from energymargin.grasps.belief import GraspBelief, GraspDraw
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet
 from energymargin.grasps.hands import Fitted, Hand
 from energymargin.grasps.outcomes import NO_GRIP, Closed, Grasp, HandStart, Outcome, Pose, State
 from energymargin.grasps.protocols import GRAVITY, Protocol
-from energymargin.grasps.starts import clearance, state_of, stepped_back
 from energymargin.regions import Region
 from energymargin.scenes import pose
 
@@ -173,32 +172,32 @@ class GraspTrials:
         scene, hand = self.scene(grasp.opening, draw, gravity=False)
         world = World(scene)
         placed = self._placed(grasp)
-        away = stepped_back(self.protocol.approach)
+        away = outcomes.stepped_back(self.protocol.approach)
         known = draw.number < 0 or self.belief.pose is None
         errors = [np.zeros(6)] if known else self.belief.poses(draw.number, self.seed)
         best, deepest, redrawn = placed, np.inf, -1
         for error in islice(errors, REDRAWS if self.colliding == "redraw" else 1):
             redrawn += 1
             pose = placed @ self._with_error(grasp.pose, error) @ away
-            state = state_of(scene, hand, pose, placed)
-            depth = -clearance(world, hand, state)
+            state = outcomes.state_of(scene, hand, pose, placed)
+            depth = -outcomes.clearance(world, hand, state)
             if depth <= deep:
-                return HandStart(starts.above_table(world, hand, state), redrawn)
+                return HandStart(outcomes.above_table(world, hand, state), redrawn)
             if depth < deepest:
                 best, deepest = pose, depth
         back = 0.0
         while self.colliding != "lost" and back < FARTHEST_BACK:
             back += BACK
-            state = state_of(scene, hand, best @ stepped_back(back), placed)
-            if -clearance(world, hand, state) <= deep:
-                return HandStart(starts.above_table(world, hand, state), redrawn, back)
+            state = outcomes.state_of(scene, hand, best @ outcomes.stepped_back(back), placed)
+            if -outcomes.clearance(world, hand, state) <= deep:
+                return HandStart(outcomes.above_table(world, hand, state), redrawn, back)
         return HandStart(None, redrawn)
 
     def open_state(self, grasp: Grasp, draw: GraspDraw) -> State:
         """The open hand where the grasp says, whatever is there."""
         scene, hand = self.scene(grasp.opening, draw, gravity=False)
         placed = self._placed(grasp)
-        return state_of(scene, hand, placed @ grasp.pose, placed)
+        return outcomes.state_of(scene, hand, placed @ grasp.pose, placed)
 
     def grip(self, grasp: Grasp, draw: GraspDraw, cancel: Cancel | None = None) -> Closed:
         """The hand after it has closed where a draw of the pose puts it."""
@@ -223,7 +222,7 @@ class GraspTrials:
             for name, ends in hand.targets.items()
         }
         moves = np.zeros((coming + rows, 6))
-        moves[:coming, :3] = APPROACH * starts.approach_of(scene, hand, start)
+        moves[:coming, :3] = APPROACH * outcomes.approach_of(scene, hand, start)
         world = World(scene, Plan(step=self.step, targets=ways, velocities={hand.base: moves}))
         steps = coming + rows + round(self.protocol.settle / self.step)
         looks = range(1, coming + 1, max(1, round(LOOK / self.step)))
@@ -236,7 +235,7 @@ class GraspTrials:
         state = done.states[-1]
         pairs = [{c.body_a, c.body_b} for c in done.contacts[-1] if c.normal_force > 0]
         pressed = set[str]().union(*(pair for pair in pairs if "object" in pair))
-        met = [starts.hand_force(contacts, hand) > BUMP for contacts in done.contacts[:-1]]
+        met = [outcomes.hand_force(contacts, hand) > BUMP for contacts in done.contacts[:-1]]
         ending = self.ending(world, hand, state, pressed)
         if any(one and other for one, other in pairwise(met)):
             ending = "collided"
@@ -247,7 +246,7 @@ class GraspTrials:
         """That of a hand which has closed, as of Closed: `pressed` are what touches the object."""
         if not pressed >= set(hand.fingers):
             return "not gripped"
-        return "collided" if starts.is_sunk(world, hand, state) else ""
+        return "collided" if outcomes.is_sunk(world, hand, state) else ""
 
     def closed(self, scene: Scene, hand: Fitted, state: State, ending: str) -> Closed:
         """A state of a scene as that of a hand that has closed."""

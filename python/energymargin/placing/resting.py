@@ -27,7 +27,7 @@ from energymargin.base.limits import Limit
 from energymargin.base.reprs import Record
 from energymargin.executors import Executor, ask
 from energymargin.placing.boxes import Floats
-from energymargin.placing.drops import GRAVITY, Drops
+from energymargin.placing.settling import GRAVITY, Drops
 from energymargin.summary import Summarized
 
 WATER = 1000.0  # kg/m^3
