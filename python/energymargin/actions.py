@@ -12,12 +12,8 @@ from energymargin.act.quantities import Quantity, quantity_of
 from energymargin.act.ranking import Ranking, rank
 from energymargin.base.doors import check_doors
 
-__all__ = [
-    "Candidates",
-    "CriticalCurve",
-    "CriticalValue",
-    "CriticalValues",
-    "Decision",
+__all__ = ["Candidates", "CriticalCurve", "CriticalValue", "CriticalValues", "Decision"]
+__all__ += [
     "Generation",
     "Guard",
     "GuardCounters",
@@ -25,20 +21,9 @@ __all__ = [
     "MarginProfile",
     "Moment",
     "Noise",
-    "OutcomeComparison",
-    "ProblemOfAction",
-    "Quantity",
-    "Ranking",
-    "Standing",
-    "compare",
-    "critical_curve",
-    "critical_value",
-    "critical_value_of",
-    "critical_values",
-    "improve",
-    "margin_profile",
-    "quantity_of",
-    "rank",
 ]
+__all__ += ["OutcomeComparison", "ProblemOfAction", "Quantity", "Ranking", "Standing", "compare"]
+__all__ += ["critical_curve", "critical_value", "critical_value_of", "critical_values", "improve"]
+__all__ += ["margin_profile", "quantity_of", "rank"]
 
 check_doors(globals(), __all__)

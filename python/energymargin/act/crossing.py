@@ -286,9 +286,8 @@ class Part:
                 wide = np.where(np.isfinite(lost[first]), (lost - held)[first], 0.0)
                 j = first[np.argmax(wide)]
                 low, high, enough = float(held[j]), float(lost[j]), COARSE
-            if not np.isfinite([low, high]).all() or self._width(low, high) <= enough:
-                break
-            if not self._ask((low + high) / 2.0, pilot):
+            wide = np.isfinite([low, high]).all() and self._width(low, high) > enough
+            if not (wide and self._ask((low + high) / 2.0, pilot)):
                 break
 
     def _width(self, u: float, other: float) -> float:
@@ -339,8 +338,7 @@ class Part:
     def _surprised(self, low: float, high: float) -> bool:
         """Whether an outcome that follows is another one."""
         most = SURPRISES // 2 * (4 if self._search.turns() else 1)
-        ends = (low, self._held > low, 0.0), (high, self._lost < high, 1.0)
-        for end, follows, other in ends:
+        for end, follows, other in (low, self._held > low, 0.0), (high, self._lost < high, 1.0):
             number = self._number(min(max(end, 0.0), 1.0))
             left = np.flatnonzero(follows & (self._search.at(number) == NOT_ASKED))[:most]
             found = self._search.outcomes(number, left)

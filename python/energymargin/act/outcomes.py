@@ -98,14 +98,10 @@ def compare(a: Outcomes, b: Outcomes, *, confidence: float = 0.95) -> OutcomeCom
 
 def _read(name: str, given: Outcomes) -> tuple[Vector, list[Start] | None, str]:
     """Outcomes, where each episode started, and which of KINDS they are, if a file says that."""
-    starts: list[Start] | None = None
-    kind = ""
-    values: Any = given
+    values, starts, kind = given, None, ""
     if isinstance(given, str | Path):
-        episodes, kind = _episodes(Path(given))
-        values = [value for value, _ in episodes]
-        starts = [start for _, start in episodes if start is not None]
-        starts = starts if len(set(starts)) == len(episodes) else None
+        values, each, kind = _episodes(Path(given))
+        starts = each if None not in each and len(set(each)) == len(each) else None
     try:
         outcomes = np.asarray(values, dtype=float)
     except (TypeError, ValueError):
@@ -115,9 +111,10 @@ def _read(name: str, given: Outcomes) -> tuple[Vector, list[Start] | None, str]:
     return outcomes, starts, kind
 
 
-def _episodes(path: Path) -> tuple[list[tuple[Any, Start | None]], str]:
-    """Those of a LeRobot evaluation, and what they are. Tasks that ran in parallel are in the file
-    as they ended: they are put in order, since the first to end may be those that went well."""
+def _episodes(path: Path) -> tuple[list[Any], list[Any], str]:
+    """Outcomes of a LeRobot evaluation, where each episode started, and what they are. Tasks that
+    ran in parallel are in the file as they ended: they are put in order, since the first to end may
+    be those that went well."""
     try:
         whole = json.loads(path.read_text())
         if "per_episode" in whole:
@@ -125,16 +122,17 @@ def _episodes(path: Path) -> tuple[list[tuple[Any, Start | None]], str]:
             kind = KINDS[0 if any(KINDS[0] in one for one in episodes) else 1]
             seeds = [one.get("seed") for one in episodes]
             starts = [None if seed is None else (seed,) for seed in seeds]
-            return [(e.get(kind), s) for e, s in zip(episodes, starts, strict=True)], kind
+            return [one.get(kind) for one in episodes], starts, kind
         tasks = [
             (str(one.get("task_group", "")), one.get("task_id", number), one.get("metrics", one))
             for number, one in enumerate(whole["per_task"])
         ]
-        found: list[tuple[Any, Start | None]] = []
+        values, places = list[Any](), list[Any]()
         for group, number, task in sorted(tasks, key=lambda one: one[:2]):
             won = np.atleast_1d(task["successes"]).tolist()
-            found += [(value, (group, number, k)) for k, value in enumerate(won)]
-        return found, KINDS[0]
+            values += won
+            places += [(group, number, k) for k in range(len(won))]
+        return values, places, KINDS[0]
     except (ValueError, LookupError, TypeError, AttributeError) as error:
         expected = "expected a JSON file with per_episode or per_task"
         raise ValueError(f"{path} is no evaluation of LeRobot, {expected}") from error

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import nan
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from energymargin._core import Feedback, Plan, Problem
-from energymargin.base.checks import one_of, positive_number, shown
+from energymargin.base.checks import numbers_of, one_of, positive_number, require
 from energymargin.model.engines import Engine, varied_by, with_varied
 from energymargin.model.plans import in_steps
 
@@ -29,12 +28,9 @@ class Scale:
     @classmethod
     def of(cls, given: tuple[float, float]) -> Scale:
         """Raises ValueError unless it is two finite numbers that rise."""
-        try:
-            low, high = map(float, given)
-        except (TypeError, ValueError):
-            low = high = nan
-        if not (np.isfinite([low, high]).all() and low < high):
-            raise ValueError(f"range is {shown(given)}, expected (low, high), which rise")
+        expected = "(low, high), which rise"
+        low, high = numbers_of("range", given, expected, (2,)).tolist()
+        require(low < high, "range", given, expected)
         return cls((low, high))
 
     def apart(self, u: float, other: float) -> float:

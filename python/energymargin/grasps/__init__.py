@@ -9,12 +9,12 @@ from energymargin.grasps.files import SUFFIXES, read, write
 from energymargin.grasps.frames import FRAMES
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet, ObjectFacts, Source
-from energymargin.grasps.gripping import Grip, grip
 from energymargin.grasps.hands import PRESETS as HANDS, Hand, HandFile, ParallelGripper
 from energymargin.grasps.limits import GraspLimits, limits
 from energymargin.grasps.protocols import PRESETS as PROTOCOLS, Motion, Protocol
 from energymargin.grasps.scores import GraspScores
 from energymargin.grasps.scoring import score
+from energymargin.grasps.trials import Grip, grip
 from energymargin.grasps.wrenches import WrenchSpace, wrench_space
 
 __all__ = ["BASELINES", "FRAMES", "HANDS", "LESS_IS_BETTER", "PROTOCOLS", "SUFFIXES"]

@@ -26,7 +26,8 @@ OTHER = (
 
 def read(path: Path) -> Content:
     """The grasps of a file. Raises ValueError that names the grasp that is wrong."""
-    yaml = _yaml_package()
+    with needs_extra("an isaac_grasp file", "grasps"):
+        import yaml
     try:
         loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
         whole = yaml.load(path.read_bytes(), type("Loader", (loader,), {"flatten_mapping": _plain}))
@@ -61,7 +62,8 @@ def read(path: Path) -> Content:
 
 def write(path: Path, content: Content) -> None:
     """A file as Isaac Sim's grasp editor writes it."""
-    yaml = _yaml_package()
+    with needs_extra("an isaac_grasp file", "grasps"):
+        import yaml
     said = {f"object_{k}": v for k, v in content.object.items() if k in ("file", "scale")}
     columns = {name: plain(column) for name, column in content.columns.items()}
     names = [f"grasp_{name}" if name.isdecimal() else name for name in content.names]
@@ -78,12 +80,6 @@ def write(path: Path, content: Content) -> None:
     dumper = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
     text = yaml.dump(whole, Dumper=dumper, sort_keys=False, default_flow_style=None)
     path.write_text(text, encoding="utf-8")
-
-
-def _yaml_package() -> Any:
-    with needs_extra("an isaac_grasp file", "grasps"):
-        import yaml
-    return yaml
 
 
 def _plain(_loader: Any, node: Any) -> None:

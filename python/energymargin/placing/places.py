@@ -312,11 +312,9 @@ class Jolts:
         knocks = self.knock * self.gravity * random.uniform(-1, 1, (pieces, count, 3))
         leaning, size, shaken, phase = random.random(4)
         rate = random.uniform(*RATES)
-        angle, tilt = 2 * np.pi * leaning, self.tilt * size
-        along = np.cos(angle) * one + np.sin(angle) * other
-        change = self.gravity * (np.sin(tilt) * along + (1 - np.cos(tilt)) * up)
-        angle = 2 * np.pi * shaken
-        along = np.cos(angle) * one + np.sin(angle) * other
+        angles, tilt = (2 * np.pi * leaning, 2 * np.pi * shaken), self.tilt * size
+        down, along = (np.cos(angle) * one + np.sin(angle) * other for angle in angles)
+        change = self.gravity * (np.sin(tilt) * down + (1 - np.cos(tilt)) * up)
         wave = self.shake * random.random() * np.sin(2 * np.pi * (rate * times + phase))
         wrenches = np.zeros((len(times), count, 6))
         wrenches[:, :, :3] = self.mean * knocks[(times / PIECE).astype(int)]
