@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 import energymargin as em
 from energymargin import Inertial, Scene, World, mass_properties
-from energymargin.base.checks import not_negative_number, positive_number
+from energymargin.base.checks import not_negative_number, positive_number, require
 from energymargin.grasps.grasp_set import ObjectFacts
 from energymargin.scenes import shape_parts
 
@@ -89,8 +89,7 @@ class GraspObject:
         from energymargin.scenes import from_urdf
 
         if Path(path).suffix.lower() == ".urdf":
-            if scale != 1.0:
-                raise ValueError(f"scale is {scale}, expected none with a URDF, which has its own")
+            require(scale == 1.0, "scale", scale, "none with a URDF, which has its own")
             bodies = from_urdf(path, base="free", role="object", density=density, **options).bodies
             if len(bodies) != 1:
                 which = f"which has {len(bodies)} links that move"

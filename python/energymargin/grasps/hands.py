@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from energymargin import Box, Compound, Joint, Mimic, Pad, Part, Scene, Surface, Tendon
 from energymargin.base import checks
-from energymargin.base.checks import check_type, not_negative_number, numbers_of, positive_number
+from energymargin.base.checks import numbers_of, positive_number, require
 from energymargin.base.plausibility import kept_warnings
 from energymargin.grasps.frames import FRAMES, frame_in_hand, pose
 
@@ -120,12 +120,10 @@ class ParallelGripper(Hand):
         for name in ("opening", "force", "finger", "thickness", "mass", "speed"):
             positive_number(name, getattr(self, name))
         for name in ("friction", "torsional_friction"):
-            not_negative_number(name, getattr(self, name))
+            checks.not_negative_number(name, getattr(self, name))
         if self.pads is not None:
-            check_type("pads", self.pads, Pad, "an em.Pad, or None")
-        if self.opening > 1:
-            way = "expected at most 1 m: lengths are in metres"
-            raise ValueError(f"opening is {self.opening:g} m, {way}")
+            checks.check_type("pads", self.pads, Pad, "an em.Pad, or None")
+        require(self.opening <= 1, "opening", self.opening, "at most 1 m: lengths are in metres")
 
     @property
     def closing(self) -> float:  # type: ignore[override]
@@ -221,7 +219,7 @@ class HandFile(Hand):
         for name, ends in self.close.items():
             numbers_of(f"close[{name!r}]", ends, "two finite numbers, open and closed", (2,))
         right = self.fingers and not isinstance(self.fingers, str)
-        checks.require(right, "fingers", self.fingers, "a list of links, one at least")
+        require(right, "fingers", self.fingers, "a list of links, one at least")
 
     @property
     def friction_rule(self) -> str:  # type: ignore[override]
@@ -235,9 +233,8 @@ class HandFile(Hand):
 
     def add_to(self, scene: Scene, *, force: float, opening: float) -> Fitted:
         """As Hand.add_to."""
-        if force != 1.0:
-            way = "state another torque_limit of its joints in options"
-            raise ValueError(f"force is {force:g}, expected that of the file's drives, 1: {way}")
+        way = "state another torque_limit of its joints in options"
+        require(force == 1.0, "force", force, f"that of the file's drives, 1: {way}")
         before = len(scene.bodies)
         self._read(scene)
         bodies = scene.bodies[before:]
@@ -282,11 +279,9 @@ class HandFile(Hand):
         for row in scene.report:
             if place := getattr(row, "place", None):  # of a frame that is no body
                 links[row.name] = links[place[0]] @ pose("frame", place[1])
-        if self._link not in links:
-            known = f"one of {', '.join(links)}, a name of {', '.join(FRAMES)}"
-            way = f"a distance along z [m] from the root {base!r}, or a pose"
-            expected = f"a link of {self.path}, {known}, {way}"
-            raise ValueError(f"frame is {self._link!r}, expected {expected}")
+        known = f"a link of {self.path}, one of {', '.join(links)}, a name of {', '.join(FRAMES)}"
+        way = f"a distance along z [m] from the root {base!r}, or a pose"
+        require(self._link in links, "frame", self._link, f"{known}, {way}")
         return np.asarray(np.linalg.inv(links[base]) @ links[self._link])
 
     @property

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from energymargin import Cancel, Cancelled, Inertial, Scene, World, scenes
-from energymargin.base.checks import by_name, positive_number
+from energymargin.base.checks import by_name, positive_number, require
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import kept_warnings
 from energymargin.base.table_text import csv_text
@@ -144,8 +144,7 @@ def settle(
     asked = {"tolerance": tolerance, "time": time, "still": still, "during": during}
     for name, value in asked.items():
         positive_number(name, value)
-    if time < during:
-        raise ValueError(f"time is {time:g}, expected at least during, {during:g}")
+    require(time >= during, "time", time, f"at least during, {during:g}")
     up_of(scene)
     boxes.require_contacts(scene, "settle is asked")
     if not movable(scene):
