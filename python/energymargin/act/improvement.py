@@ -22,18 +22,8 @@ from numpy.typing import NDArray
 from energymargin._core import Cancel, Cancelled, Plan, Problem, stream
 from energymargin.act.candidates import Standing
 from energymargin.act.draws import Disturbance, Draws, Question, Trials, check_uncertainty
-from energymargin.act.parameters import (
-    Constraint,
-    Evolution,
-    Make,
-    Maker,
-    Parameters,
-    Point,
-    adapted,
-    cma_package,
-    population_of,
-    scaled,
-)
+from energymargin.act.evolution import Evolution, adapted, cma_package, population_of, scaled
+from energymargin.act.parameters import Constraint, Make, Maker, Parameters, Point
 from energymargin.act.racing import Duel, duel
 from energymargin.act.ranking import Race, Ranking
 from energymargin.base.checks import function_or_none, one_of, seed_number, whole_number, yes_or_no

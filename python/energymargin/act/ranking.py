@@ -11,15 +11,7 @@ import numpy as np
 
 from energymargin._core import Cancel, Plan, Problem
 from energymargin.act.candidates import Standing, check_alike, named
-from energymargin.act.draws import (
-    EFFORTS,
-    Disturbance,
-    Draws,
-    Question,
-    Trial,
-    Trials,
-    check_uncertainty,
-)
+from energymargin.act.draws import EFFORTS, Disturbance, Draws, Question, Trial, Trials
 from energymargin.act.racing import Duel, beaten, beats, duel, looks, mistaken
 from energymargin.base.checks import by_name, function_or_none, share, whole_number, yes_or_no
 from energymargin.base.limits import Limit
@@ -248,7 +240,6 @@ class Race:
     ) -> None:
         """No draws yet. Raises ValueError on an uncertainty that names what a problem does not
         have, or that is of other bodies in each."""
-        check_uncertainty(uncertainty)
         self._names, self._problems, self._question = list(field), list(field.values()), question
         self.draws = [Draws.joined([]) for _ in field]
         """Draws of each problem, in their order."""

@@ -8,7 +8,8 @@ import pytest
 from sliding import HORIZON, MASS, problem, still
 
 import energymargin as em
-from energymargin.act.parameters import MOST, Parameters, adapted, scaled
+from energymargin.act.evolution import MOST, adapted, scaled
+from energymargin.act.parameters import Parameters
 from energymargin.disturbances import text_of
 from energymargin.model.plans import in_steps
 
