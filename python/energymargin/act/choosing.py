@@ -114,14 +114,12 @@ class SafestAction:
     threads: int = 1
     cancel: Cancel | None = None
 
-    def of(
-        self, problems: Sequence[Callable[[], Problem]], seed: int, otherwise: int = 0
-    ) -> Choice:
+    def of(self, problems: Sequence[Callable[[], Problem]], seed: int, default: int = 0) -> Choice:
         """The choice among actions, by functions that make the problems in which the robot takes
         each of them, the policy's first.
 
         If the best one does not reach `least`, the most probable one is taken that does; if none
-        does, that of the number `otherwise`. Raises Cancelled once the cancel is set.
+        does, that of the number `default`. Raises Cancelled once the cancel is set.
         """
         settings, asked = replace(self.settings, seed=seed), list[CaptureProbability]()
         rules: Any = OF_ROLLOUTS | {"disturbance": self.disturbance}
@@ -141,7 +139,7 @@ class SafestAction:
             known = np.nan_to_num(probabilities, nan=-1.0)
             number = int(np.argmax(known))
             if known[number] < self.least:
-                number = otherwise
+                number = default
         diverged = sum(found.diverged for found in asked)
         return Choice(number, probabilities, self.settings.rollouts * len(asked), diverged)
 

@@ -225,14 +225,12 @@ def one_after_the_other(
     return tuple(found)
 
 
-def _unknown(
-    quantity: str, unit: str, range: tuple[float, float], like: CriticalValue
-) -> CriticalValue:
+def _unknown(name: str, unit: str, ends: tuple[float, float], like: CriticalValue) -> CriticalValue:
     """Of a search that did not begin, asked as another one."""
-    low, high = map(float, range)
+    low, high = map(float, ends)
     none = (None, (), np.zeros((0, 3)), 0, 0, 0, False)  # monotone, and what follows it
     found = (nan, low, high, like.confidence, "unknown")
-    return CriticalValue(quantity, unit, (low, high), like.probability, *found, *none)
+    return CriticalValue(name, unit, (low, high), like.probability, *found, *none)
 
 
 def _found(search: Search, unit: str) -> CriticalValue:

@@ -118,12 +118,10 @@ class Search:
                 self.warned.add(about)
                 warn([(about, text)], fingerprint)
 
-    def _note(
-        self, known: dict[int, float], draws: Sequence[int], values: Floats, steps: int
-    ) -> None:
-        known |= dict(zip(draws, values.tolist(), strict=True))
-        self.rollouts, self.steps = self.rollouts + len(draws), self.steps + steps
-        self.diverged[[j for j in draws if j < self.draws and isnan(known[j])]] = True
+    def _note(self, known: dict[int, float], new: list[int], values: Floats, steps: int) -> None:
+        known |= dict(zip(new, values.tolist(), strict=True))
+        self.rollouts, self.steps = self.rollouts + len(new), self.steps + steps
+        self.diverged[[j for j in new if j < self.draws and isnan(known[j])]] = True
         count = int(self.diverged.sum())
         if too_many_diverged(count, self.draws):
             raise DivergedError(self.quantity, count, self.draws)
@@ -183,8 +181,7 @@ def _clearest(lost: bool, run: list[float], shares: dict[float, float]) -> float
     """The first value at which most holds, or is lost: the farthest from others among alike."""
     best = (min if lost else max)(shares[u] for u in run)
     alike = [u for u in run if shares[u] == best]
-    place = 0 if run[0] == 0.0 else -1 if run[-1] == 1.0 else len(alike) // 2
-    return alike[place]
+    return alike[0 if run[0] == 0.0 else -1 if run[-1] == 1.0 else len(alike) // 2]
 
 
 class Part:

@@ -238,8 +238,7 @@ class Guard(Closing):
             if self._fallback is None:
                 raise
             _log.warning("at %g s: %s", time, error)
-            taken = self._fallback_action(observation)
-            return decision("fallback", "unknown", taken, error=error)
+            return decision("fallback", "unknown", self._fallback_action(observation), error=error)
         what = self._unknown if reason == "unknown" else "ask"
         if reason == "fine" or what == "policy":
             return decision("policy", reason, action)

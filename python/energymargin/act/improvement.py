@@ -253,8 +253,9 @@ class _Run:
         first = {START: box.start}
         hardened = generations[-1].factor > 1.0  # a draw is theirs, who withstand more than stated
         finalists = finalists | first if hardened else first | finalists
-        seed, draws = self._seed(FINAL), self._last_draws
-        ranking = self._raced(finalists, seed, draws, self.limit, race=False)
+        ranking = self._raced(
+            finalists, self._seed(FINAL), self._last_draws, self.limit, race=False
+        )
         if self.limit.cancelled:
             raise Cancelled("cancelled before the last comparison was finished")
         if ranking.complete and whole and self.progress is not None:
@@ -357,14 +358,12 @@ def _numbered(points: Point) -> dict[str, Point]:
     return {str(number): point for number, point in enumerate(points)}
 
 
-def _losses(
-    scores: Point, draws: Sequence[Draws | None], violations: Sequence[float]
-) -> list[float]:
+def _losses(scores: Point, draws: Sequence[Draws | None], broken: Sequence[float]) -> list[float]:
     """The order of the points as numbers, equal ones the same: those that can be by their scores
     and by how long they hold, then the others by how far they break the constraints."""
     keys = [
         (1.0, violation, 0.0) if one is None else (0.0, -score, -one.mean_survival)
-        for score, one, violation in zip(scores.tolist(), draws, violations, strict=True)
+        for score, one, violation in zip(scores.tolist(), draws, broken, strict=True)
     ]
     ordered = sorted(set(keys))
     return [float(ordered.index(key)) for key in keys]

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Problem
-from energymargin.act.critical import CriticalValue, one_after_the_other
+from energymargin.act.critical import CriticalValue, Progress, one_after_the_other
 from energymargin.act.quantities import Quantity, Scale, quantity_of
 from energymargin.base.checks import check_type, function_of, open_share, require, whole_number
 from energymargin.base.limits import Limit
@@ -23,7 +23,6 @@ from energymargin.model.beliefs.uncertainty import Uncertainty
 
 POINTS = 9
 
-Progress = Callable[[int, int], None]
 Axis = tuple[str, tuple[float, float]] | tuple[str, tuple[float, float], str]
 """A quantity's name, its range, and its unit if it has one."""
 

@@ -26,7 +26,6 @@ TOLERANCE = 0.05  # of a probability
 MOST_NAMED = 4  # in a sentence
 MOST_PERCENT = 99.9  # that is said
 SHARE_BEFORE_TIE = 0.3  # of all draws: until then those that are as good as the leader race on
-OUT, AS_GOOD = "out", "as good"
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +104,7 @@ class Ranking(Summarized):
         better than the one that led; "" if it did not. KeyError if there is none of this name."""
         if self[name].racing:
             return ""
-        return AS_GOOD if name in self.confidence_set else OUT
+        return "as good" if name in self.confidence_set else "out"
 
     @property
     def decision(self) -> str:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
 
 from energymargin import Scene, World, force_score
 from energymargin.base.checks import check_type
@@ -73,8 +74,6 @@ def baselines(
 def surface_of(shape: Any, samples: int = SAMPLES, seed: int = 0) -> tuple[Points, float]:
     """Points spread evenly over the surface of a shape, (k, 3) [m], and the area that each stands
     for [m^2]. A face of a convex part that is in another part, or on its face, is no surface."""
-    from scipy.spatial import ConvexHull
-
     hulls = [ConvexHull(corners) for corners in shape_parts(shape)]
     faces = np.concatenate([hull.points[hull.simplices] for hull in hulls])
     of = np.repeat(np.arange(len(hulls)), [len(hull.simplices) for hull in hulls])
@@ -131,8 +130,6 @@ def _grip(trials: GraspTrials, closed: Closed, draw: GraspDraw) -> dict[str, flo
 
 def _between(scene: Scene, hand: Fitted, state: NDArray[np.float64], surface: Points) -> int:
     """How many points of the object's surface are in the hull of the fingers."""
-    from scipy.spatial import ConvexHull
-
     bodies = scene.unpack(state)
     shapes = {body.name: body.shape for body in scene.bodies}
     parts = [(part, bodies[name]) for name in hand.fingers for part in shape_parts(shapes[name])]

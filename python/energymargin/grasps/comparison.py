@@ -23,7 +23,8 @@ HELD = 0.5  # labels of at least this count as held
 FEWEST_OBJECTS = 3  # of a learned score: it learns from two at least
 
 Columns = Mapping[str, ArrayLike]
-Table = dict[str, NDArray[np.float64]]
+Column = NDArray[np.float64]
+Table = dict[str, Column]
 
 
 @dataclass(frozen=True)
@@ -128,9 +129,7 @@ def compare(
     return GraspComparison(compared, tuple(scores), *counts)
 
 
-def learn(
-    features: Columns, held: NDArray[np.bool_], groups: NDArray[np.int64]
-) -> NDArray[np.float64]:
+def learn(features: Columns, held: NDArray[np.bool_], groups: NDArray[np.int64]) -> Column:
     """A score of each grasp, (n,), by logistic regression on the grasps of the other groups.
 
     Features count by their ranks within a group, for what is near of one object is far of another.

@@ -177,8 +177,7 @@ def _grasps(path: Path, content: Content, frame: Any, object: Any, scale: float)
     stands, said = object_poses(object, content)
     grasp_set.check_poses("the pose", content.poses, content.names)
     columns = dict(content.columns)
-    names = (content.label, content.opening)
-    none = grasp_set.UNKNOWN
+    names, none = (content.label, content.opening), grasp_set.UNKNOWN
     labels, openings = (numbers_of(k, columns.pop(k)) if k else none for k in names)
     poses = np.linalg.inv(stands) @ _scaled(content.poses, scale) @ hand
     source = Source(path, content.format, hand, scale, *names, content.header)

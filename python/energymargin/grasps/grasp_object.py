@@ -18,7 +18,7 @@ import energymargin as em
 from energymargin import Inertial, Scene, World, mass_properties
 from energymargin.base.checks import not_negative_number, positive_number, require
 from energymargin.grasps.grasp_set import ObjectFacts
-from energymargin.scenes import shape_parts
+from energymargin.scenes import from_urdf, shape_parts
 
 HEAVY = 50.0  # kg; what no hand lifts
 
@@ -85,9 +85,6 @@ class GraspObject:
         Raises ValueError unless a mesh has either a mass or a density, on a URDF of several links,
         and OSError on the file.
         """
-        from energymargin import mesh
-        from energymargin.scenes import from_urdf
-
         if Path(path).suffix.lower() == ".urdf":
             require(scale == 1.0, "scale", scale, "none with a URDF, which has its own")
             bodies = from_urdf(path, base="free", role="object", density=density, **options).bodies
@@ -105,7 +102,7 @@ class GraspObject:
         if (mass is None) == (density is None):
             given = f"mass is {mass} and density is {density}"
             raise ValueError(f"{given}, expected one: [kg] or [kg/m^3]")
-        shape = mesh(path, scale=scale, **options)
+        shape = em.mesh(path, scale=scale, **options)
         if mass is None:
             mass = positive_number("density", density or 0.0) * mass_properties(shape).volume
         return GraspObject(shape, mass, 0.5 if friction is None else friction)

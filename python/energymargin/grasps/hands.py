@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin import Box, Compound, Joint, Mimic, Pad, Part, Scene, Surface, Tendon
+from energymargin import Box, Compound, Joint, Mimic, Pad, Part, Scene, Surface, Tendon, scenes
 from energymargin.base import checks
 from energymargin.base.checks import numbers_of, positive_number, require
 from energymargin.base.plausibility import kept_warnings
@@ -272,8 +272,6 @@ class HandFile(Hand):
         """The grasp frame in the frame of the base."""
         if self._link is None:
             return frame_in_hand(self.frame)
-        from energymargin import scenes
-
         places = scenes.body_poses(scene, scene.pack())
         links = {name: pose("frame", (*at, *turn)) for name, (at, turn) in places.items()}
         for row in scene.report:
@@ -289,8 +287,6 @@ class HandFile(Hand):
         return XML_OF_MUJOCO in Path(self.path).read_bytes()
 
     def _read(self, scene: Scene) -> None:
-        from energymargin import scenes
-
         where: dict[str, Any] = {"position": (0, 0, 0), "orientation": (0, 0, 0, 1)}
         given = where | {"base": "kinematic", "pads": self.pads} | dict(self.options)
         if not self._is_mjcf:
@@ -308,8 +304,6 @@ class HandFile(Hand):
             joints[name] = {"start": start, "target": target} | joints.get(name, {})
         if all("stiffness" in joints[name] for name in self.close):
             return {"joints": joints}
-        from energymargin import scenes
-
         with kept_warnings():  # those of the reading that counts come
             read = scenes.from_urdf(self.path, **dict(self.options) | {"joints": joints})
         for joint in read.joints:

@@ -49,11 +49,10 @@ class GraspLimits(Summarized):
 
     def to_json(self) -> str:
         """A row for each grasp: its name, where each quantity crosses and the interval."""
-        rows: list[dict[str, Any]] = [
-            {"grasp": name, "error": self.errors.get(k)}
-            | {q: of[k] for q, of in self.limits.items()}
-            for k, name in enumerate(self.grasps.names)
-        ]
+        rows = []
+        for k, name in enumerate(self.grasps.names):
+            found = {quantity: of[k] for quantity, of in self.limits.items()}
+            rows.append({"grasp": name, "error": self.errors.get(k), **found})
         return json.dumps(rows, indent=1, default=lambda one: {k: vars(one)[k] for k in IN_JSON})
 
     @property
@@ -117,14 +116,13 @@ def limits(
     question.check(every[0])
     found: dict[int, Found | str] = {}
     ends = {name: list(map(float, vary[name])) for name in vary}
-    kept_by: Any = {"read": _read, "written": _written}
 
     def note(answers: Sequence[tuple[Grasp, Found | str]]) -> None:
         found.update({grasp.number: answer for grasp, answer in answers})
 
     where: Any = {"threads": threads, "executor": executor}
     where |= {"progress": progress, "total": len(grasps)}
-    with kept_rows(store, trials, "limits", ends, sizes, **kept_by) as kept:
+    with kept_rows(store, trials, "limits", ends, sizes, read=_read, written=_written) as kept:
         ask([every], question.limits, note, kept=kept, **where, **limit.rest())
     if not found:
         limit.require("a grasp has its limits")
@@ -172,7 +170,7 @@ class _Question:
 
         def outcomes(value: float, numbers: Sequence[int]) -> list[float]:
             other, moved = self._varied(grasp, name, value)
-            endings = other.endings(moved, numbers, cancel)
+            endings = [one.ending for one in other.outcomes(moved, numbers, cancel)]
             return [np.nan if ending == "diverged" else ending == "held" for ending in endings]
 
         given = {**self.sizes, "cancel": cancel, "unit": UNITS[name]}

@@ -257,12 +257,11 @@ class GraspScores(Summarized):
 
     def _doubts(self) -> str:
         """What is likely wrong if the hand is not where the object is."""
-        asked = self.trials
         open = np.nanmax(self.grasps.openings, initial=-1.0)
-        wide = open if open > 0 else getattr(asked.hand, "opening", None)
+        wide = open if open > 0 else getattr(self.trials.hand, "opening", None)
         into = "into it" if wide is None else f"into an opening of {wide:.3g} m"
         frame = "are frame, unit and order of the quaternions (x, y, z, w) right"
-        return f"{frame}, and does the object, {asked.object.size_text}, fit {into}?"
+        return f"{frame}, and does the object, {self.trials.object.size_text}, fit {into}?"
 
     @property
     def _some(self) -> NDArray[np.int64]:

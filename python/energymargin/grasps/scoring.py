@@ -106,8 +106,7 @@ def score(
         for _, row in rows:
             _put(scores, row)
 
-    kept_by: Any = {"read": _read, "written": _written}
-    with kept_rows(store, trials, count, nodes, **kept_by) as kept:
+    with kept_rows(store, trials, count, nodes, read=_read, written=_written) as kept:
         every = [grasp_of(grasps, number) for number in range(len(grasps))]
         work = partial(score_grasps, trials, count, nodes)
         ask([every], work, note, kept=kept, **where, **limit.rest())
@@ -146,8 +145,6 @@ def score_grasps(
     rows: list[GraspRow] = []
     with kept_warnings():  # which each of many trials would repeat
         for grasp in grasps:
-            if cancel.is_set:
-                break
             start = time.perf_counter()
             try:
                 row = _row(trials, rollouts, nodes, grasp, cancel)
@@ -163,7 +160,7 @@ def _row(
     trials: GraspTrials, rollouts: int, nodes: int | None, grasp: Grasp, cancel: Cancel
 ) -> GraspRow:
     """All that is asked about a grasp. Raises Cancelled if it is stopped before its end."""
-    outcomes = tuple(trials.outcomes(grasp, rollouts, cancel))
+    outcomes = tuple(trials.outcomes(grasp, range(rollouts), cancel))
     likely = trials.run(grasp, -1, cancel)
     effort = math.nan
     if nodes is not None and likely.ending not in ("not gripped", "collided", "diverged"):

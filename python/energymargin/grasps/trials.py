@@ -74,20 +74,15 @@ class GraspTrials:
         likely = GraspDraw(number, self.object.friction, self.object.mass, self.hand.force)
         return likely if number < 0 else self.belief.draw(likely, self.seed)
 
-    def outcomes(self, grasp: Grasp, count: int, cancel: Cancel | None = None) -> list[Outcome]:
-        """The first trials of a grasp. Where nothing is unknown the hand closes once for all."""
-        if self.belief:
-            return [one for k in range(count) for one in self._run(grasp, range(k, k + 1), cancel)]
-        return self._run(grasp, range(count), cancel)
-
-    def endings(
+    def outcomes(
         self, grasp: Grasp, numbers: Sequence[int], cancel: Cancel | None = None
-    ) -> list[str]:
-        """How some trials of a grasp end, whose numbers rise."""
-        anew = [bool(self.belief) or b != a + 1 for a, b in pairwise(numbers)]  # the hand closes
+    ) -> list[Outcome]:
+        """Some trials of a grasp, whose numbers rise. Where nothing is unknown the hand closes once
+        for all that follow each other."""
+        anew = [bool(self.belief) or b != a + 1 for a, b in pairwise(numbers)]
         cuts = [0, *(np.flatnonzero(anew) + 1).tolist(), len(numbers)]
         spans = [range(numbers[a], numbers[b - 1] + 1) for a, b in pairwise(cuts)]
-        return [one.ending for span in spans for one in self._run(grasp, span, cancel)]
+        return [one for span in spans for one in self._run(grasp, span, cancel)]
 
     def run(self, grasp: Grasp, number: int, cancel: Cancel | None = None) -> Outcome:
         """Trial `number` of a grasp; -1: with nothing unknown, and without a disturbance.
@@ -149,9 +144,8 @@ class GraspTrials:
         closed = self.closed(scene, hand, self.open_state(grasp, draw), "not gripped")
         place = regions.Ball("object", closed.thing[:3, 3], self.protocol.radius, hand.base)
         weight = (draw.mass * GRAVITY,) * 3
-        bounds: dict[str, Any] = {"force": weight, "torque": weight}
-        duration = self.protocol.duration
-        return Problem(scene, closed.state, captured=place, duration=duration, **bounds)
+        bounds: Any = {"force": weight, "torque": weight, "duration": self.protocol.duration}
+        return Problem(scene, closed.state, captured=place, **bounds)
 
     def check(self, grasps: GraspSet) -> None:
         """Raises ValueError if numbers do not go together: units, openings, a frame elsewhere."""

@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from energymargin import Plane, Scene, mass_properties, scenes
+from energymargin import Plan, Plane, Scene, mass_properties, scenes
 
 Floats = NDArray[np.float64]
+Asked = tuple[Scene, Floats, Plan | None, float]
+"""From a scene and a state on, for a plan and a horizon [s]."""
 SIGNS = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, -1).T
 
 

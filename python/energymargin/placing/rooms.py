@@ -16,7 +16,7 @@ from energymargin import Plan, Plane, Scene, World, scenes
 from energymargin.base import checks
 from energymargin.base.limits import Limit
 from energymargin.grasps import GraspObject, Hand, Protocol, grip
-from energymargin.placing.boxes import Floats, frame_of, moved
+from energymargin.placing.boxes import Asked, Floats, frame_of, moved
 
 INSIDE = 1e-4  # m; a thing or a hand that is deeper in another one has no room
 LEVEL = 1e-3  # m, of the top of a part
@@ -182,9 +182,7 @@ class Release:
         self.fitted = held.add_to(self.scene, force=held.force, opening=np.nan)
         self._world = World(self.scene)
 
-    def begin(
-        self, state: Floats, after: float
-    ) -> tuple[str | None, tuple[Scene, Floats, Plan | None, float]]:
+    def begin(self, state: Floats, after: float) -> tuple[str | None, Asked]:
         """From a state without the hand: what is in the hand's way; and the scene, the state, the
         plan and the duration, `after` [s] it has let go."""
         held = self.state(state)
@@ -206,7 +204,9 @@ class Release:
             found[self.scene.joint_slice(name)] = position, 0.0
         base = pose_of(self._old, state, self._body) @ self._grip.base
         row = found[self.scene.slice(self.fitted.base)]
-        row[:3], row[3:7], row[7:] = base[:3, 3], quaternion(base[:3, :3]), 0.0
+        turn = Rotation.from_matrix(base[:3, :3]).as_quat()
+        turn = -turn if turn[0] > 0 else turn  # (1, 0, 0, 0) would look like one in another order
+        row[:3], row[3:7], row[7:] = base[:3, 3], turn, 0.0
         return np.asarray(found)
 
     def plan(self, state: Floats, after: float) -> Plan:
@@ -226,12 +226,6 @@ class Release:
         others = [one.name for one in self._old.bodies if one.name != self._body]
         distance, nearest = nearest_to(self.fitted.bodies, self._world, state, others)
         return nearest if distance < -INSIDE else None
-
-
-def quaternion(turn: Floats) -> Floats:
-    """x, y, z, w, of which (1, 0, 0, 0) would look like one in another order."""
-    found = Rotation.from_matrix(turn).as_quat()
-    return np.asarray(-found if found[0] > 0 else found)
 
 
 def pose_of(scene: Scene, state: Floats, name: str) -> Floats:

@@ -19,7 +19,8 @@ from energymargin.base.plausibility import warn
 from energymargin.base.table_text import csv_text
 from energymargin.disturbances import Uniform
 from energymargin.executors import Executor
-from energymargin.placing.boxes import Floats, center_of, frame_of, movable, require_contacts, up_of
+from energymargin.placing import boxes
+from energymargin.placing.boxes import Asked, Floats, center_of, frame_of, movable, up_of
 from energymargin.placing.pushes import Push, Pushes
 from energymargin.placing.settling import settle
 from energymargin.summary import Summarized
@@ -125,7 +126,7 @@ def stack_robustness(
     for name in checks.names_of("support", support):
         checks.one_of("support", name, tuple(SUPPORT))
     start = np.array(scene.pack() if state is None else state, float)
-    require_contacts(scene, "stack_robustness is asked")
+    boxes.require_contacts(scene, "stack_robustness is asked")
     pushing = Pushes(scene, start, limit)
     free = [body for body in objects if body in pushing.names]
     asked = free if bodies is None else checks.names_of("bodies", bodies)
@@ -205,9 +206,8 @@ class _Support:
         return em.critical_values(problem, {"speed": SPEEDS}, **self._asked())[0]
 
     def _asked(self) -> dict[str, Any]:
-        alike: dict[str, Any] = {"draws": QUIET, "probability": 0.5}  # as all draws are
-        knocks = {} if self.knock else alike
-        return {**self.options, **self.limit.rest(), "disturbance": Uniform(self.knock), **knocks}
+        alike = {} if self.knock else {"draws": QUIET, "probability": 0.5}  # as all draws are
+        return {**self.options, **self.limit.rest(), "disturbance": Uniform(self.knock), **alike}
 
     def _holds(self, name: str, way: Floats, value: float) -> bool:
         problem = self._problem(name, way, value)
@@ -261,12 +261,7 @@ class Places(NamedTuple):
         return region
 
 
-def staying(
-    meant: tuple[Scene, Floats],
-    asked: tuple[Scene, Floats, Plan | None, float],
-    places: Places,
-    hold: float,
-) -> Problem:
+def staying(meant: tuple[Scene, Floats], asked: Asked, places: Places, hold: float) -> Problem:
     """Do all objects stay in their places, from a scene and a state on, for a plan and a horizon?
 
     Their places are about where they are in the state that is `meant`, whose scene may be without

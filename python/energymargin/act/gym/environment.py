@@ -147,10 +147,8 @@ class TaskEnv(gymnasium.Env[Array, Array]):
     their success sets), and "lost" (whether the patience is over).
     """
 
-    metadata: dict[str, Any] = {  # noqa: RUF012  (gymnasium's type)
-        "render_modes": ["rgb_array"],
-        "render_fps": round(1 / CONTROL_STEP),
-    }
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"]}  # noqa: RUF012  (gymnasium's type)
+    metadata["render_fps"] = round(1 / CONTROL_STEP)
     state: Array
     """Where the scene is, shape (n,)."""
     start: Array

@@ -128,8 +128,8 @@ class CaptureWrapper(gymnasium.Wrapper[ObsType, ActType, ObsType, ActType], Reco
         checks.require(0 <= discount <= 1, "discount", discount, "a number from 0 to 1")
         self._discount = float(discount)
         self._settings = SearchSettings() if settings is None else settings
-        self._disturbance = disturbance
-        self._threads = checks.core_count("threads", threads)
+        cores = checks.core_count("threads", threads)
+        self._asked: Any = {"disturbance": disturbance, "threads": cores}
         self._candidates: Candidates | None = None
         if callable(candidates):
             takes = ("observation", "action", "random")
@@ -138,7 +138,7 @@ class CaptureWrapper(gymnasium.Wrapper[ObsType, ActType, ObsType, ActType], Reco
             count = checks.whole_number("candidates", candidates, 1)
             self._candidates = _noise(count, env.action_space)
         checks.share("confidence", confidence, choosing.LEAST_CONFIDENCE)
-        self._safest = SafestAction(self._settings, disturbance, confidence, threads=self._threads)
+        self._safest = SafestAction(self._settings, disturbance, confidence, threads=cores)
         self._random: np.random.Generator | None = None
         self._observation: ObsType | None = None
         self._potential = 0.0
@@ -181,7 +181,7 @@ class CaptureWrapper(gymnasium.Wrapper[ObsType, ActType, ObsType, ActType], Reco
         problem, score = self._problem(), {"score": nan}
         if problem is not None:
             settings = replace(self._settings, seed=self._seed())
-            score = score_of(problem, self._metric, settings, self._disturbance, self._threads)
+            score = score_of(problem, self._metric, settings, **self._asked)
         return {"capture": score}
 
     def _problem(self, *action: Any) -> Any:
@@ -224,21 +224,18 @@ def _potential(told: dict[str, Any]) -> float:
 
 
 def score_of(
-    problem: Problem,
-    metric: str,
-    settings: SearchSettings,
-    disturbance: Disturbance | None = None,
-    threads: int = 1,
+    problem: Problem, metric: str, settings: SearchSettings, **asked: Any
 ) -> dict[str, float]:
     """ "score" and, of a probability, "low" and "high", the ends of its 95 % interval, and
     "diverged", how many of its rollouts diverged; NaN but for that one if too many did.
 
-    Raises ValueError on a problem that lacks what the metric asks about.
+    `asked`: disturbance and threads. Raises ValueError on a problem that lacks what the metric asks
+    about.
     """
     chosen_metrics([problem], [metric])
     settings = replace(settings, common_random_numbers=True)
-    timed: Any = {"disturbance": disturbance, **(OF_ROLLOUTS if metric in TIMED else {})}
-    found = metric_search(problem, metric, settings, 0, threads=threads, **timed)
+    timed = OF_ROLLOUTS if metric in TIMED else {}
+    found = metric_search(problem, metric, settings, 0, **asked, **timed)
     if metric not in TIMED:
         return {"score": value_of(metric, found)}
     score, low, high = nan, nan, nan
