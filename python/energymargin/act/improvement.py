@@ -253,9 +253,8 @@ class _Run:
         first = {START: box.start}
         hardened = generations[-1].factor > 1.0  # a draw is theirs, who withstand more than stated
         finalists = finalists | first if hardened else first | finalists
-        ranking = self._raced(
-            finalists, self._seed(FINAL), self._last_draws, self.limit, race=False
-        )
+        seed, draws = self._seed(FINAL), self._last_draws
+        ranking = self._raced(finalists, seed, draws, self.limit, race=False)
         if self.limit.cancelled:
             raise Cancelled("cancelled before the last comparison was finished")
         if ranking.complete and whole and self.progress is not None:
@@ -361,9 +360,7 @@ def _numbered(points: Point) -> dict[str, Point]:
 def _losses(scores: Point, draws: Sequence[Draws | None], broken: Sequence[float]) -> list[float]:
     """The order of the points as numbers, equal ones the same: those that can be by their scores
     and by how long they hold, then the others by how far they break the constraints."""
-    keys = [
-        (1.0, violation, 0.0) if one is None else (0.0, -score, -one.mean_survival)
-        for score, one, violation in zip(scores.tolist(), draws, broken, strict=True)
-    ]
+    rows = zip(scores.tolist(), draws, broken, strict=True)
+    keys = [(1.0, b, 0.0) if d is None else (0.0, -s, -d.mean_survival) for s, d, b in rows]
     ordered = sorted(set(keys))
     return [float(ordered.index(key)) for key in keys]

@@ -23,10 +23,8 @@ from energymargin.scenes import pose, shape_parts
 SAMPLES = 4000  # points of an object's surface
 STEP = 1e-4  # m; the way off a face that tells whether another part lies there
 
-BASELINES = (
-    *("epsilon", "volume", "force_score"),
-    *("center_distance", "between", "clearance", "undisturbed"),
-)
+OF_CONTACTS = ("epsilon", "volume", "force_score")
+BASELINES = (*OF_CONTACTS, "center_distance", "between", "clearance", "undisturbed")
 """Names of the columns that `baselines` makes."""
 LESS_IS_BETTER = ("center_distance",)
 """Those of which less is better; `compare` turns them around."""

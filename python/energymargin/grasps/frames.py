@@ -32,9 +32,8 @@ FRAMES: dict[str, Pose] = {
 """The grasp frame in known frames of hands: the grasp frame itself; the Panda of ACRONYM and
 GraspGen and the Robotiqs of GraspGen, open, whose fingers open along x; Franka's own hand and its
 tool centre point, whose fingers open along y."""
-EXPECTED = (
-    f"expected {', '.join(map(repr, FRAMES))}, a distance along the approach z [m], or a pose"
-)
+NAMES = ", ".join(map(repr, FRAMES))
+EXPECTED = f"expected {NAMES}, a distance along the approach z [m], or a pose"
 
 
 def grasp_frame(frame: ArrayLike | str | None, format: str, hand: object = None) -> Pose:

@@ -341,9 +341,7 @@ ROWS: dict[str, tuple[Any, ...]] = {
     "wsg_50": (0.11, (0.02, 0.02), 80.0, 0.082, (0.146, 0.05, 0.0725), 0.012),
 }
 """By name the COLUMNS of a gripper [m] and [N]; the tip is left out where it is usual."""
-PRESETS = {
-    name: ParallelGripper(**dict(zip(COLUMNS, row, strict=False))) for name, row in ROWS.items()
-}
+PRESETS = {n: ParallelGripper(**dict(zip(COLUMNS, row, strict=False))) for n, row in ROWS.items()}
 PANDA = PRESETS["panda"]
 
 

@@ -120,10 +120,9 @@ def limits(
     def note(answers: Sequence[tuple[Grasp, Found | str]]) -> None:
         found.update({grasp.number: answer for grasp, answer in answers})
 
-    where: Any = {"threads": threads, "executor": executor}
-    where |= {"progress": progress, "total": len(grasps)}
+    where: Any = {"threads": threads, "executor": executor, "progress": progress}
     with kept_rows(store, trials, "limits", ends, sizes, read=_read, written=_written) as kept:
-        ask([every], question.limits, note, kept=kept, **where, **limit.rest())
+        ask([every], question.limits, note, kept=kept, total=len(every), **where, **limit.rest())
     if not found:
         limit.require("a grasp has its limits")
     errors = {k: one for k, one in sorted(found.items()) if isinstance(one, str)}

@@ -97,8 +97,7 @@ def score(
     nodes = None if effort is None else whole_number("effort", effort, 1)
     limit, there = Limit(timeout, cancel), 0
     scores = GraspScores.before(grasps, trials, count)
-    where: Any = {"threads": threads, "executor": executor}
-    where |= {"progress": progress, "total": len(grasps)}
+    where: Any = {"threads": threads, "executor": executor, "progress": progress}
 
     def note(rows: Sequence[tuple[Grasp, GraspRow]]) -> None:
         nonlocal scores, there
@@ -109,7 +108,7 @@ def score(
     with kept_rows(store, trials, count, nodes, read=_read, written=_written) as kept:
         every = [grasp_of(grasps, number) for number in range(len(grasps))]
         work = partial(score_grasps, trials, count, nodes)
-        ask([every], work, note, kept=kept, **where, **limit.rest())
+        ask([every], work, note, kept=kept, total=len(every), **where, **limit.rest())
     if there == 0:
         limit.require("a grasp has its score")
     warn([(text, text) for text in scores.warnings], None)

@@ -110,10 +110,8 @@ class GraspTrials:
         sums = {name: getattr(first, name) + getattr(found, name) for name in COUNTS}
         first = first._replace(**sums)
         endings = map(_ending, times.tolist(), later.tolist())
-        return [
-            outcome._replace(ending=ending, time=time)
-            for outcome, ending, time in zip([first, *others], endings, times.tolist(), strict=True)
-        ]
+        ended = zip([first, *others], endings, times.tolist(), strict=True)
+        return [one._replace(ending=ending, time=time) for one, ending, time in ended]
 
     def likely_problem(self, grasp: Grasp, cancel: Cancel | None = None) -> Problem:
         """The problem of a grasp with what is believed most.
@@ -214,10 +212,9 @@ class GraspTrials:
         scene, hand = self.scene(opening, draw, gravity=self.protocol.gravity == "always")
         rows = max(2, round(self.hand.closing / self.step))
         coming = round(self.protocol.approach / APPROACH / self.step)
-        ways = {
-            name: np.r_[np.full(coming, ends[0]), np.linspace(*ends, rows)]
-            for name, ends in hand.targets.items()
-        }
+        ways = dict[str, NDArray[np.float64]]()
+        for name, ends in hand.targets.items():
+            ways[name] = np.r_[np.full(coming, ends[0]), np.linspace(*ends, rows)]
         moves = np.zeros((coming + rows, 6))
         moves[:coming, :3] = APPROACH * outcomes.approach_of(scene, hand, start)
         world = World(scene, Plan(step=self.step, targets=ways, velocities={hand.base: moves}))
