@@ -26,7 +26,8 @@ Chosen = Literal["policy", "candidate", "fallback"]
 Reason = Literal["fine", "alarm", "unknown"]
 UNKNOWN = ("fallback", "ask", "policy")
 
-ProblemOfAction = Callable[[NDArray[np.float64], float, Any], Problem]
+State = NDArray[np.float64]
+ProblemOfAction = Callable[[State, float, Any], Problem]
 """Called with (state, time, action); returns the problem at that state in which the robot takes
 that action first."""
 
@@ -226,9 +227,7 @@ class Guard(Closing):
         self._cancel.set()
         self.monitor.close()
 
-    def _decided(
-        self, time: float, state: NDArray[np.float64], observation: Any, action: Any
-    ) -> Decision:
+    def _decided(self, time: float, state: State, observation: Any, action: Any) -> Decision:
         reading = self.monitor.latest
         reason = self._reason(time, reading)
         decision = partial(Decision, time, reading=reading)

@@ -167,11 +167,8 @@ QUARTER = float(np.pi / 4)
 X, Y, Z = (1, 0, 0), (0, 1, 0), (0, 0, 1)
 TO, BACK = Motion("turn", 0.5, QUARTER, Y, "hand"), Motion("turn", 1.0, -2 * QUARTER, Y, "hand")
 GRASPA = replace(LIFT, motions=(LIFT.motions[0], TO, BACK, TO))
-SHAKEN, SWUNG = (
-    Motion("shake", 1.5, 0.05, Z, "hand", 2.0),
-    Motion("swing", 1.5, 0.5, X, "hand", 2.0),
-)
-ACRONYM = Protocol([SHAKEN, SWUNG], gravity="never")
+SHAKEN = Motion("shake", 1.5, 0.05, Z, "hand", 2.0)
+ACRONYM = Protocol([SHAKEN, Motion("swing", 1.5, 0.5, X, "hand", 2.0)], gravity="never")
 SHAKES = [Motion("shake", 1.0, 0.05, axis, "hand", 3.0) for axis in (X, Y, Z)]
 SHAKE = Protocol([*SHAKES, *(Motion("swing", 1.0, 0.5, axis, "hand", 2.0) for axis in (X, Y))])
 RELEASE = Protocol([Motion("open", 0.4), Motion("lift", 0.6, -0.1, frame="hand")])

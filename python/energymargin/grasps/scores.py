@@ -109,13 +109,12 @@ class GraspScores(Summarized):
         made = int((self.endings != MISSING).sum())
         inside, missed = self.colliding.sum(), (self.endings == ENDINGS.index("not gripped")).sum()
         hand, solver = f"of {made} trials the hand", "the contact solver"
-        steps = max(self.steps.sum(), 1)
+        n = max(self.steps.sum(), 1)
         places = {f"in {inside} {hand} was inside the object or the table": inside > MANY * made}
         places[f"in {missed} {hand} closed beside the object"] = missed > MOST * made
         wrong = "; ".join(text for text, many in places.items() if many)
         diverged = int((self.endings == DIVERGED).sum())
-        loose, lost = self.unconverged.sum() / steps, self.lost_time.sum() / steps
-        lost /= self.trials.step
+        loose, lost = self.unconverged.sum() / n, self.lost_time.sum() / n / self.trials.step
         still = f"nothing moved in {100 * lost:.1f} % of the time, as bodies would have passed"
         number, error = next(iter(self.errors.items()), (0, ""))
         without = f"without a score: {len(self.errors)} grasps, as {self.grasps.names[number]}"

@@ -218,8 +218,7 @@ def placements(
     where: Any = {"store": store, "threads": threads, "executor": executor, "progress": progress}
     ranking = rank(problems, **draws, **where, **limit.rest())
     pushes = _pushes(scene, body, {name: starts[name] for name in ranking.names[:pushed]}, limit)
-    there = {name: asked[name] for name in problems}
-    return Placements(scene, body, ranking, there, blocked, pushes)
+    return Placements(scene, body, ranking, {k: asked[k] for k in problems}, blocked, pushes)
 
 
 def _pushes(scene: Scene, body: str, starts: Mapping[str, Floats], limit: Limit) -> dict[str, Push]:
