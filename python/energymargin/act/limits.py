@@ -21,8 +21,6 @@ from energymargin.base.summary import Summarized
 from energymargin.evaluate.searches import algorithm
 from energymargin.model.beliefs.uncertainty import Uncertainty
 
-POINTS = 9
-
 Axis = tuple[str, tuple[float, float]] | tuple[str, tuple[float, float], str]
 """A quantity's name, its range, and its unit if it has one."""
 
@@ -154,7 +152,7 @@ def critical_curve(
     along: Axis,
     of: Axis,
     *,
-    points: int = POINTS,
+    points: int = 9,
     confidence: float = 0.95,
     progress: Progress | None = None,
     timeout: float | None = None,
