@@ -71,12 +71,13 @@ class Question:
         """Checks it."""
         one_of("metric", self.metric, OBJECTIVES)
         check_disturbance(self.disturbance)
-        weighted = isinstance(self.disturbance, disturbances.Boltzmann)
-        other = "another model, whose draws have no weights: draws are compared one by one"
-        require(not weighted, "disturbance", self.disturbance, other)
-        if self.is_effort:
-            why = f"None with the metric {self.metric!r}: the least work within the bounds is asked"
-            require(self.disturbance is None, "disturbance", self.disturbance, why)
+        if isinstance(self.disturbance, disturbances.Boltzmann):
+            why = "whose draws have weights, expected another model: draws are compared one by one"
+            raise ValueError(f"disturbance is {self.disturbance!r}, {why}")
+        if self.is_effort and self.disturbance is not None:
+            given = f"{shown(self.disturbance)} with the metric {self.metric!r}"
+            why = "an effort is the least work within the problem's bounds"
+            raise ValueError(f"disturbance is {given}, expected None: {why}")
         checked = SearchSettings(nodes=self.nodes, seed=self.seed)
         object.__setattr__(self, "settings", checked)
 

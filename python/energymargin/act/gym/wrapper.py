@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from math import nan
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal, TypeVar, get_args
 
 import gymnasium
 import numpy as np
@@ -30,7 +30,6 @@ from energymargin.evaluate.searches import SearchSettings, chosen_metrics, metri
 from energymargin.model.policies import Policy
 
 Shaping = Literal["potential", "additive"]
-SHAPINGS = ("potential", "additive")
 OWN_STREAM = 0x636170747572  # so that the wrapper's draws are not the environment's
 SPREAD = 0.25  # of noise, in half the width of the action space
 
@@ -124,7 +123,7 @@ class CaptureWrapper(gymnasium.Wrapper[ObsType, ActType, ObsType, ActType], Reco
             why = "an effort may be infinite, and a force score has no bound"
             given = f"reward_weight is {reward_weight!r} with metric {metric!r}"
             raise ValueError(f"{given}, expected a likelihood in the reward: {why}")
-        self._shaping = checks.one_of("shaping", shaping, SHAPINGS)
+        self._shaping = checks.one_of("shaping", shaping, get_args(Shaping))
         checks.require(0 <= discount <= 1, "discount", discount, "a number from 0 to 1")
         self._discount = float(discount)
         self._settings = SearchSettings() if settings is None else settings

@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from energymargin.act.surrogates import Estimates
 
 MOST_WORKERS = 256
-UNKNOWN = (math.nan, math.nan)
 
 _log = logging.getLogger("energymargin.monitor")
 
@@ -43,7 +42,7 @@ class _Score(NamedTuple):
     """What came of a state, as in its Reading; a first look has no probability."""
 
     value: float = math.nan
-    interval: tuple[float, float] = UNKNOWN
+    interval: tuple[float, float] = (math.nan, math.nan)
     rollouts: int = 0
     probability: CaptureProbability | None = None
     error: Exception | None = None
