@@ -18,6 +18,7 @@ from energymargin.grasps.hands import Fitted
 from energymargin.scenes import pose, shape_parts
 
 ENDINGS = ("held", "slipped", "turned", "not gripped", "collided", "diverged")
+SUNK = 0.5  # share of the thinner body's half extent; a Problem refuses a state that is deeper
 NO_GRIP = {
     "collided": "is in the object or the table",
     "not gripped": "does not close on the object",
@@ -85,9 +86,6 @@ class HandStart(NamedTuple):
     """None: the hand was inside the object or the table, and found no place."""
     redrawn: int = 0
     back: float = 0.0
-
-
-SUNK = 0.5  # share of the thinner body's half extent; a Problem refuses a state that is deeper
 
 
 def state_of(scene: Scene, hand: Fitted, grasp: Pose, placed: Pose) -> State:

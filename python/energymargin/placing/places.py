@@ -33,6 +33,8 @@ from energymargin.summary import Summarized
 
 HOLD = 0.1  # s
 DURING = 1.0  # s
+PIECE = 0.1  # s, of a knock
+RATES = (1.0, 6.0)  # Hz, of a shake
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -264,10 +266,6 @@ def _warn_of_air(found: Mapping[str, tuple[float, str]]) -> None:
         where = f"{gap:.3g} m from {nearest!r}, the nearest body"
         text = f"{len(fall)} of {len(found)} poses are in the air, as {name!r}, {where}"
         warn([("poses", f"{text}: a pose is where the body's frame is when it rests")], None)
-
-
-PIECE = 0.1  # s, of a knock
-RATES = (1.0, 6.0)  # Hz, of a shake
 
 
 @dataclass(frozen=True, eq=False)

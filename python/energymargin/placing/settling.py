@@ -26,6 +26,9 @@ from energymargin.summary import Summarized
 LOOKS = 10  # within the time for which nothing may move
 DEEP = 1e-4  # m; overlaps that are told
 GAIN, FAINT = 2.1, 1e-6  # ways of a body that begins to fall: of a window and its first half; m
+GRAVITY = 9.81  # m/s^2
+ROCKING = 2e-3  # of the reach; a body that moves less within REST is at rest after a drop
+REST, LONGEST = 0.15, 5.0  # s
 
 
 @dataclass(frozen=True)
@@ -254,11 +257,6 @@ class _Settling:
 def angle_between(one: ArrayLike, other: ArrayLike) -> float:
     """Angle between two orientations, unit quaternions [rad]."""
     return 2.0 * float(np.arccos(min(abs(float(np.dot(one, other))), 1.0)))
-
-
-GRAVITY = 9.81  # m/s^2
-ROCKING = 2e-3  # of the reach; a body that moves less within REST is at rest after a drop
-REST, LONGEST = 0.15, 5.0  # s
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,11 +31,9 @@ CONTROL_STEP = 10 / 240  # s; ten steps of the simulation, 24 Hz
 PATIENCE = 1.0  # s; pushes that succeed had their box outside for as long as that
 DPI = 100
 DETAIL = 80  # cells of the sets in a picture; a film needs no more
+WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 Array = NDArray[np.float64]
-
-
-WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 
 @dataclass(frozen=True)
