@@ -46,6 +46,8 @@ OBJECTIVES = ("probability", "probability/success", *EFFORTS)
 
 OF_INTERVALS = 0.95
 PIECE = 1000  # draws that are made at a time
+# They count where they are gathered if they diverge.
+OF_ROLLOUTS: dict[str, Any] = {"undisturbed": False, "most_diverged": ANY}
 
 Disturbance = disturbances.Disturbance | Callable[[Any, Any], Any]
 """As of `capture_probability`."""
@@ -211,10 +213,6 @@ class Draws(Record):
         values = np.concatenate([np.zeros(0), *(part.values for part in parts)])
         times = np.concatenate([np.zeros(0), *(part.times for part in parts)])
         return Draws(values, times, sum(part.steps for part in parts))
-
-
-# They count where they are gathered if they diverge.
-OF_ROLLOUTS: dict[str, Any] = {"undisturbed": False, "most_diverged": ANY}
 
 
 class Trials(ExitStack):

@@ -121,8 +121,8 @@ class CaptureWrapper(gymnasium.Wrapper[ObsType, ActType, ObsType, ActType], Reco
         self._weight = checks.finite_number("reward_weight", reward_weight)
         if self._weight and (metric is None or not is_likelihood(metric)):
             why = "an effort may be infinite, and a force score has no bound"
-            given = f"reward_weight is {reward_weight!r} with metric {metric!r}"
-            raise ValueError(f"{given}, expected a likelihood in the reward: {why}")
+            said = f"reward_weight is {reward_weight!r} with metric {metric!r}"
+            raise ValueError(f"{said}, expected a likelihood in the reward: {why}")
         self._shaping = checks.one_of("shaping", shaping, get_args(Shaping))
         checks.require(0 <= discount <= 1, "discount", discount, "a number from 0 to 1")
         self._discount = float(discount)
