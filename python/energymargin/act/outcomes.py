@@ -98,7 +98,8 @@ def compare(a: Outcomes, b: Outcomes, *, confidence: float = 0.95) -> OutcomeCom
 
 def _read(name: str, given: Outcomes) -> tuple[Vector, list[Start] | None, str]:
     """Outcomes, where each episode started, and which of KINDS they are, if a file says that."""
-    values, starts, kind = given, None, ""
+    values: Any = given
+    starts, kind = None, ""
     if isinstance(given, str | Path):
         values, each, kind = _episodes(Path(given))
         starts = each if None not in each and len(set(each)) == len(each) else None

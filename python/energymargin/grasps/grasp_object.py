@@ -100,8 +100,8 @@ class GraspObject:
                 return GraspObject(body.shape, body.mass, given, body.inertial)
             return GraspObject(body.shape, mass, given)
         if (mass is None) == (density is None):
-            given = f"mass is {mass} and density is {density}"
-            raise ValueError(f"{given}, expected one: [kg] or [kg/m^3]")
+            both = f"mass is {mass} and density is {density}"
+            raise ValueError(f"{both}, expected one: [kg] or [kg/m^3]")
         shape = em.mesh(path, scale=scale, **options)
         if mass is None:
             mass = positive_number("density", density or 0.0) * mass_properties(shape).volume
