@@ -206,5 +206,4 @@ def _better(share: float, size: float, than: CaptureProbability, z: float) -> bo
     one success and one failure more (Agresti and Caffo)."""
     shares, sizes = np.array([share, than.captured]), np.array([size, than.effective])
     shares, sizes = (shares * sizes + 1) / (sizes + 2), sizes + 2
-    error = np.sqrt((shares * (1 - shares) / sizes).sum())
-    return bool(shares[0] - shares[1] > z * error)
+    return bool(shares[0] - shares[1] > z * np.sqrt((shares * (1 - shares) / sizes).sum()))

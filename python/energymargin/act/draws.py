@@ -80,8 +80,7 @@ class Question:
             given = f"{shown(self.disturbance)} with the metric {self.metric!r}"
             why = "an effort is the least work within the problem's bounds"
             raise ValueError(f"disturbance is {given}, expected None: {why}")
-        checked = SearchSettings(nodes=self.nodes, seed=self.seed)
-        object.__setattr__(self, "settings", checked)
+        object.__setattr__(self, "settings", SearchSettings(nodes=self.nodes, seed=self.seed))
 
     @property
     def is_effort(self) -> bool:

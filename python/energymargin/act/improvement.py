@@ -290,8 +290,7 @@ class _Run:
         while not generations or self.steps + last + ending <= self.budget:
             before = self.steps
             points = search.ask()
-            seed = stream(self._seed(SEARCH), len(generations))
-            draws = self._drawn(points, seed, factor)
+            draws = self._drawn(points, stream(self._seed(SEARCH), len(generations)), factor)
             if draws is None:
                 whole = False
                 break

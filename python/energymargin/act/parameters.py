@@ -86,8 +86,7 @@ class Maker:
 
     def violation(self, point: Point) -> float:
         """By how much its values break the constraints; 0 if they do not."""
-        found = self._constrained(self.box.values(point))
-        return float(sum(max(0.0, -value) for value in found))
+        return float(sum(max(0.0, -value) for value in self._constrained(self.box.values(point))))
 
     def problems(self, points: Mapping[str, Point]) -> dict[str, Problem]:
         """The problems of points in the unit cube, by name, without those that cannot be, or break

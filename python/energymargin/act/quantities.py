@@ -44,8 +44,7 @@ class Scale:
     def value(self, u: float) -> float:
         """The value at a number from 0 to 1."""
         low, high = self.ends
-        ratio = self.by_ratio
-        value = low ** (1.0 - u) * high**u if ratio else (1.0 - u) * low + u * high
+        value = low ** (1.0 - u) * high**u if self.by_ratio else (1.0 - u) * low + u * high
         return min(max(value, low), high)
 
     @property

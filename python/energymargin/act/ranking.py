@@ -87,8 +87,7 @@ class Ranking(Summarized):
     def regret_bound(self) -> float:
         """By how much another one is better than the best, at most, with the confidence `level`: a
         difference of probabilities, to 0.01; of efforts the share of the searches."""
-        steps = range(101)
-        short = [step + 1 for step in steps if self._confidence(step / 100) < self.level]
+        short = [k + 1 for k in range(101) if self._confidence(k / 100) < self.level]
         return min(max(short, default=0), 100) / 100
 
     @property

@@ -131,8 +131,7 @@ def _between(scene: Scene, hand: Fitted, state: NDArray[np.float64], surface: Po
     bodies = scene.unpack(state)
     shapes = {body.name: body.shape for body in scene.bodies}
     parts = [(part, bodies[name]) for name in hand.fingers for part in shape_parts(shapes[name])]
-    corners = [_moved(*one) for one in parts]
-    hull = ConvexHull(np.concatenate(corners))
+    hull = ConvexHull(np.concatenate([_moved(*one) for one in parts]))
     return int(np.count_nonzero(_within(hull, _moved(surface, bodies["object"]))))
 
 

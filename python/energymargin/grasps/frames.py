@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from energymargin.base.checks import numbers_of, shown
+from energymargin.base.checks import numbers_of, require, shown
 from energymargin.grasps.grasp_set import ROUNDED, Poses, check_poses
 
 Pose = NDArray[np.float64]
@@ -33,7 +33,7 @@ FRAMES: dict[str, Pose] = {
 GraspGen and the Robotiqs of GraspGen, open, whose fingers open along x; Franka's own hand and its
 tool centre point, whose fingers open along y."""
 NAMES = ", ".join(map(repr, FRAMES))
-EXPECTED = f"expected {NAMES}, a distance along the approach z [m], or a pose"
+EXPECTED = f"{NAMES}, a distance along the approach z [m], or a pose"
 
 
 def grasp_frame(frame: ArrayLike | str | None, format: str, hand: object = None) -> Pose:
@@ -42,8 +42,8 @@ def grasp_frame(frame: ArrayLike | str | None, format: str, hand: object = None)
     `hand` is what a file of the format says of its hand.
     """
     if frame is None:
-        said = f" (here {hand!r})" if hand else ""
-        raise ValueError(f"frame is None, and poses of {format} are of any hand{said}; {EXPECTED}")
+        said = f"poses of {format} are of any hand{f' (here {hand!r})' if hand else ''}"
+        raise ValueError(f"frame is None, and {said}; expected {EXPECTED}")
     return frame_in_hand(frame)
 
 
@@ -51,8 +51,7 @@ def frame_in_hand(frame: ArrayLike | str) -> Pose:
     """The grasp frame in the frame of a hand, (4, 4): by a name, a distance along z, or a pose;
     ValueError if that is none."""
     if isinstance(frame, str):
-        if frame not in FRAMES:
-            raise ValueError(f"frame is {frame!r}, {EXPECTED}")
+        require(frame in FRAMES, "frame", frame, EXPECTED)
         return FRAMES[frame]
     if np.ndim(frame) == 0:
         return _hand(float(numbers_of("frame", frame, EXPECTED, ())), opens_along_y=False)

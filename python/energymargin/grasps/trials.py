@@ -278,8 +278,7 @@ class GraspTrials:
                 self._scenes.clear()
             found = self._scenes[key] = self._built(opening, draw.force, gravity)
         scene, hand = found
-        likely = (self.object.friction, self.object.mass)
-        if (draw.friction, draw.mass) != likely:
+        if (draw.friction, draw.mass) != (self.object.friction, self.object.mass):
             scene = scene.with_body("object", friction=draw.friction, mass=draw.mass)
         return scene, hand
 

@@ -109,8 +109,7 @@ class Pushes:
         height = np.ptp(self._corners[self._names.index(body)] @ self._up) or np.inf
         rate = float(np.sqrt(np.linalg.norm(self._scene.gravity) / height))  # of a fall [1/s]
         most = 1.0 + max(LOSS, 2.0 * rate * self._scene.step)
-        kicks = filter(self._is_free, self._kicks(body))
-        for kick in sorted(kicks, key=lambda kick: kick.work):
+        for kick in sorted(filter(self._is_free, self._kicks(body)), key=lambda kick: kick.work):
             energy = self._effort(body, kick, best.effort)
             if energy < best.effort:
                 fallen = self.fallen(kick, energy)

@@ -156,7 +156,7 @@ def resting_poses(
     is_round = any(isinstance(part, em.Sphere | em.Cylinder | em.Capsule) for part in parts)
     faces = Faces(np.concatenate(scenes.shape_parts(shape)) - center, is_round)
     basins = faces.basins(merge, slope) if mu >= np.tan(slope) else []
-    dropping = Drops(*(shape, mass, mu, inertial, slope, fall, seed, faces.normals, faces.reach))
+    dropping = Drops(shape, mass, mu, inertial, slope, fall, seed, faces.normals, faces.reach)
     ends: dict[int, int] = {}
     where: Any = {"threads": threads, "executor": executor, "progress": progress, "total": count}
     ask([range(count if basins else 0)], dropping.ends, ends.update, **where, **limit.rest())
@@ -206,8 +206,7 @@ class Faces:
         self.normals, self.heights = normals[first], -hull.equations[first, 3]
         if self.heights.min() <= 0.0:
             raise ValueError("inertial has its centre outside of the hull, expected one inside")
-        corners = points[hull.simplices]
-        self.shares = np.bincount(own, _solid_angles(corners)) / (4.0 * np.pi)
+        self.shares = np.bincount(own, _solid_angles(points[hull.simplices])) / (4.0 * np.pi)
         self._edges(hull, own, points)
 
     def _edges(self, hull: Any, own: NDArray[np.int64], points: Floats) -> None:

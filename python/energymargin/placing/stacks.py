@@ -194,8 +194,7 @@ class _Support:
                 continue
             while high - low > ROUGH * FINE * most:
                 middle = 0.5 * (low + high)
-                holds = self._holds(name, way, middle)
-                low, high = (middle, high) if holds else (low, middle)
+                low, high = (middle, high) if self._holds(name, way, middle) else (low, middle)
             worst, least = way, high
         problem_of = partial(self._problem, name, worst)
         return em.critical_value(problem_of, name, (0.0, most), unit=unit, **self._asked())
