@@ -13,17 +13,9 @@ from energymargin.act.ranking import Ranking, rank
 from energymargin.base.doors import check_doors
 
 __all__ = ["Candidates", "CriticalCurve", "CriticalValue", "CriticalValues", "Decision"]
-__all__ += [
-    "Generation",
-    "Guard",
-    "GuardCounters",
-    "Improvement",
-    "MarginProfile",
-    "Moment",
-    "Noise",
-]
-__all__ += ["OutcomeComparison", "ProblemOfAction", "Quantity", "Ranking", "Standing", "compare"]
-__all__ += ["critical_curve", "critical_value", "critical_value_of", "critical_values", "improve"]
-__all__ += ["margin_profile", "quantity_of", "rank"]
+__all__ += ["Generation", "Guard", "GuardCounters", "Improvement", "MarginProfile", "Moment"]
+__all__ += ["Noise", "OutcomeComparison", "ProblemOfAction", "Quantity", "Ranking", "Standing"]
+__all__ += ["compare", "critical_curve", "critical_value", "critical_value_of", "critical_values"]
+__all__ += ["improve", "margin_profile", "quantity_of", "rank"]
 
 check_doors(globals(), __all__)
