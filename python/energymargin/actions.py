@@ -12,10 +12,33 @@ from energymargin.act.quantities import Quantity, quantity_of
 from energymargin.act.ranking import Ranking, rank
 from energymargin.base.doors import check_doors
 
-__all__ = ["Candidates", "CriticalCurve", "CriticalValue", "CriticalValues", "Decision"]
-__all__ += ["Generation", "Guard", "GuardCounters", "Improvement", "MarginProfile", "Moment"]
-__all__ += ["Noise", "OutcomeComparison", "ProblemOfAction", "Quantity", "Ranking", "Standing"]
-__all__ += ["compare", "critical_curve", "critical_value", "critical_value_of", "critical_values"]
-__all__ += ["improve", "margin_profile", "quantity_of", "rank"]
+__all__ = [
+    "Candidates",
+    "CriticalCurve",
+    "CriticalValue",
+    "CriticalValues",
+    "Decision",
+    "Generation",
+    "Guard",
+    "GuardCounters",
+    "Improvement",
+    "MarginProfile",
+    "Moment",
+    "Noise",
+    "OutcomeComparison",
+    "ProblemOfAction",
+    "Quantity",
+    "Ranking",
+    "Standing",
+    "compare",
+    "critical_curve",
+    "critical_value",
+    "critical_value_of",
+    "critical_values",
+    "improve",
+    "margin_profile",
+    "quantity_of",
+    "rank",
+]
 
 check_doors(globals(), __all__)

@@ -131,7 +131,7 @@ class SafestAction:
             if not found.complete:
                 raise Cancelled("cancelled before an action was chosen")
             asked.append(found)
-            return found
+            return asked[-1]
 
         number, probabilities = choose(len(problems), probability, self.confidence)
         if self.least is not None and not probabilities[number] >= self.least:

@@ -228,8 +228,8 @@ def one_after_the_other(
 def _unknown(name: str, unit: str, ends: tuple[float, float], like: CriticalValue) -> CriticalValue:
     """Of a search that did not begin, asked as another one."""
     low, high = map(float, ends)
-    none = (None, (), np.zeros((0, 3)), 0, 0, 0, False)  # monotone, and what follows it
-    found = (nan, low, high, like.confidence, "unknown")
+    none = ((), np.zeros((0, 3)), 0, 0, 0, False)  # crossings, and what follows them
+    found = (nan, low, high, like.confidence, "unknown", None)
     return CriticalValue(name, unit, (low, high), like.probability, *found, *none)
 
 
@@ -242,8 +242,9 @@ def _found(search: Search, unit: str) -> CriticalValue:
         warn([(search.quantity, f"{search.quantity} is not monotone: {MORE}")], None)
     value, low, high, side = parts[0].crossing
     asked = (search.quantity, unit, search.scale.ends, search.probability)
+    crossing = (value, low, high, search.confidence)
     crossings = tuple(part.crossing for part in parts if not isnan(part.crossing[0]))
     outcomes = np.array(sorted(row for part in parts for row in part.table()))
-    found = (value, low, high, search.confidence, side, monotone, crossings, outcomes)
+    found = (side, monotone, crossings, outcomes)
     counts = (search.rollouts, search.steps, int(search.diverged.sum()))
-    return CriticalValue(*asked, *found, *counts, not search.stopped)
+    return CriticalValue(*asked, *crossing, *found, *counts, not search.stopped)

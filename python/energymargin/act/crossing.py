@@ -280,8 +280,8 @@ class Part:
             low, high, enough = float(held.max()), float(lost.min()), self._search.tolerance
             if low >= high:  # they differ
                 first = np.argsort(lost, kind="stable")[: PILOT // 4]
-                wide = np.where(np.isfinite(lost[first]), (lost - held)[first], 0.0)
-                j = first[np.argmax(wide)]
+                widths = np.where(np.isfinite(lost[first]), (lost - held)[first], 0.0)
+                j = first[np.argmax(widths)]
                 low, high, enough = float(held[j]), float(lost[j]), COARSE
             wide = np.isfinite([low, high]).all() and self._width(low, high) > enough
             if not (wide and self._ask((low + high) / 2.0, pilot)):

@@ -214,10 +214,12 @@ def margin_profile(
         if one is not None:
             one.require_few_diverged(f"the moment at {number * step:.4g} s")
     ends = [(np.nan, np.nan) if one is None else one.interval() for one in found[0]]
+    low, high = np.array(ends).T
     captured = np.atleast_1d(asked.captured.contains(asked.scene, states))
-    moments = (np.array(numbers) * step, np.array(lengths) * step, states, captured)
+    times, lasting = np.array(numbers) * step, np.array(lengths) * step
+    moments = (times, lasting, states, captured, _means(found[0]))
     diverged = np.array([0 if one is None else one.diverged for one in found[0]])
-    scores = (_means(found[0]), *np.array(ends).T, diverged, _means(found[1]))
+    scores = (low, high, diverged, _means(found[1]))
     settings = (rollouts, nodes, seed, disturbance)
     return MarginProfile(*moments, *scores, tuple(problems), *settings, complete, ended)
 

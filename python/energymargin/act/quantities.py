@@ -98,7 +98,7 @@ def _horizon(problem: Problem, name: str, _: str) -> Quantity:
     def over(value: float) -> Problem:
         return problem.replace(horizon=max(1, round(positive_number(name, value) / step)) * step)
 
-    return Quantity(name, "s", problem.horizon, over)
+    return Quantity(name, "s", problem.horizon or 0.0, over)
 
 
 def _push(problem: Problem, name: str, _: str) -> Quantity:
@@ -113,9 +113,9 @@ def _push(problem: Problem, name: str, _: str) -> Quantity:
 
 
 def _plan_of(problem: Problem, name: str) -> Plan:
-    _need(problem.plan is not None, name, "and the problem has no plan")
-    plan: Plan = problem.plan
-    return plan
+    if problem.plan is None:
+        raise ValueError(f"vary is {name!r}, and the problem has no plan")
+    return problem.plan
 
 
 def _speed(problem: Problem, name: str, _: str) -> Quantity:
@@ -218,7 +218,7 @@ def _of_body(problem: Problem, name: str, body: str) -> Quantity:
     def changed(value: float) -> Problem:
         other = scene.with_body(pair[0], **({} if two else {kind: value}))  # a copy
         if two:
-            other.set_friction(*pair, value)
+            other.set_friction(pair[0], pair[1], value)
         return problem.replace(scene=other)
 
     nominal = scene.contact_friction(*pair) if two else getattr(bodies[body], kind)

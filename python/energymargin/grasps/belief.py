@@ -80,8 +80,9 @@ class GraspBelief:
         Raises ValueError if hardly any draw can be, as of a mass below 0.
         """
         random = np.random.default_rng([seed, likely.number, 0])
-        values: dict[str, float] = {}
-        for name, known in self._sources(*(1.0,) * 3 if self.relative else likely[1:]).items():
+        values: dict[str, Any] = {}
+        centers = (1.0, 1.0, 1.0) if self.relative else likely[1:]
+        for name, known in self._sources(*centers).items():
             if name != "pose":
                 scale = getattr(likely, name) if self.relative else 1.0
                 values[name] = scale * _positive(name, known, random)

@@ -229,8 +229,8 @@ def object_poses(given: Any, content: Content) -> tuple[Poses, Mapping[str, Any]
     n = len(content.poses)
     if given is None and content.format == files_csv.GRASPA:
         way = "expected the object's pose there, or a CSV file of them with the columns layout and"
-        said = "object is None, and GRASPA has poses in the frame of a board"
-        raise ValueError(f"{said}, {way} object")
+        none = "object is None, and GRASPA has poses in the frame of a board"
+        raise ValueError(f"{none}, {way} object")
     if not isinstance(given, (str, os.PathLike)):
         matrix = np.eye(4) if given is None else pose("object", given)
         return np.broadcast_to(matrix, (n, 4, 4)), content.object

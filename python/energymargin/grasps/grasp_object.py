@@ -172,7 +172,7 @@ class GraspObject:
         return own if self.inertial is None else own | {"inertial": digest(self.inertial)}
 
 
-FIELDS = {
+FIELDS: dict[Any, tuple[str, ...]] = {
     em.Box: ("size",),
     em.Sphere: ("radius",),
     **dict.fromkeys((em.Cylinder, em.Capsule), ("radius", "length")),

@@ -98,7 +98,8 @@ class GraspTrials:
         draw = self.draw(numbers[0])
         closed = self.grip(grasp, draw, cancel)
         first = closed.outcome
-        others = [first._replace(**dict.fromkeys(COUNTS, 0))] * (len(numbers) - 1)
+        none: dict[str, Any] = dict.fromkeys(COUNTS, 0)
+        others = [first._replace(**none)] * (len(numbers) - 1)
         if first.ending:
             return [first, *others]
         problem = self.problem(closed, draw)

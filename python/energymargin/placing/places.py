@@ -212,8 +212,8 @@ def placements(
     if poses is not None:
         _warn_of_air({k: room.nearest(room.state(asked[k], np.zeros(3))) for k in problems})
     if not problems:
-        where = ", ".join(sorted(set(blocked.values()))) or "nothing to stand on"
-        raise ValueError(f"poses is {len(asked)} candidates, none of which has room: {where}")
+        there = ", ".join(sorted(set(blocked.values()))) or "nothing to stand on"
+        raise ValueError(f"poses is {len(asked)} candidates, none of which has room: {there}")
     disturbance = Jolts.of(scene, **jolts) if shake or tilt else Uniform(knock)
     draws: Any = {"disturbance": disturbance, "uncertainty": uncertainty, "seed": seed}
     draws |= {"rollouts": rollouts, "confidence": confidence, "tolerance": tolerance, "race": race}

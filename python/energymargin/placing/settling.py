@@ -242,13 +242,12 @@ class _Settling:
                 if one in touching and c.normal_force > 0:
                     touching[one].add(other)
         turned = [angle_between(here[name][1], there[name][1]) for name in self._names]
-        dropped = [self._up @ way.mean(axis=0) for way in self._first - corners]
+        dropped = [float(self._up @ way.mean(axis=0)) for way in self._first - corners]
         rest_at = np.where(self._rests(during), self._since, np.inf)
-        columns = (ways, turned, dropped, self._moved_at, rest_at)
-        bodies = [
-            RestingBody(name, *map(float, figures), bool(out), tuple(sorted(touching[name])))
-            for name, out, *figures in zip(self._names, self._out, *columns, strict=True)
-        ]
+        moved_at, out = self._moved_at.tolist(), self._out.tolist()
+        on = [tuple(sorted(touching[name])) for name in self._names]
+        columns = (self._names, ways.tolist(), turned, dropped, moved_at, rest_at.tolist(), out, on)
+        bodies = [RestingBody(*row) for row in zip(*columns, strict=True)]
         counts = (self._time, self.steps, self._unconverged, self._complete)
         places = (self._start, self.state, tuple(bodies), self._overlaps)
         return Settled(self._scene, *places, self._tolerance, *counts)

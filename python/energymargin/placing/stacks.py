@@ -155,8 +155,9 @@ def stack_robustness(
             raise
     pushes = tuple(sorted(done[: len(asked)], key=lambda push: push.effort))
     found = dict(zip([*support, "speed"], done[len(asked) :], strict=False))
-    known = (found.get(name) for name in (*SUPPORT, "speed"))
-    return StackRobustness(scene, start, pushes, *known, len(done) == len(questions))
+    tilt, acceleration, speed = (found.get(name) for name in (*SUPPORT, "speed"))
+    whole = len(done) == len(questions)
+    return StackRobustness(scene, start, pushes, tilt, acceleration, speed, whole)
 
 
 def _check_rest(scene: Scene, start: Floats, limit: Limit) -> None:

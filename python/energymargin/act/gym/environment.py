@@ -155,6 +155,12 @@ class TaskEnv(gymnasium.Env[Array, Array]):
     """What was drawn for this episode alone, such as the friction."""
     control_step: float
     """For how long an action is held [s], in the mean."""
+    _done: int
+    """Steps of the simulation."""
+    _actions: int
+    """Steps of control."""
+    _outside: float
+    """Since an object was captured [s]."""
     _seen: Array | None
     """States whose surroundings a picture shows."""
 
@@ -306,8 +312,8 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         self._captured: Regions = self.task.captured_throughout(self.params)
         self._succeeded: Regions = self.task.succeeded(self.params)
         self.state = self.start.copy()
-        self._done, self._actions = 0, 0  # steps of the simulation, and of control
-        self._outside, self._seen = 0.0, None  # since an object was captured [s]
+        self._done, self._actions = 0, 0
+        self._outside, self._seen = 0.0, None
 
     def _driven(self, state: Array, drive: Drive, steps: int) -> Array:
         """A state, and where so many steps of a drive take it, shape (2, n)."""
