@@ -18,10 +18,10 @@ from energymargin.grasps.trials import Grip, grip
 from energymargin.grasps.wrenches import WrenchSpace, wrench_space
 
 __all__ = ["BASELINES", "FRAMES", "HANDS", "LESS_IS_BETTER", "PROTOCOLS", "SUFFIXES"]
-__all__ += ["GraspBelief", "GraspObject", "GraspSet", "ObjectFacts", "Source"]
-__all__ += ["Grip", "Hand", "HandFile", "Motion", "ParallelGripper", "Protocol", "WrenchSpace"]
-__all__ += ["ComparedScore", "GraspCalibration", "GraspComparison", "GraspLimits", "GraspScores"]
-__all__ += ["baselines", "calibrate", "compare", "grip", "limits", "recalibrate", "wrench_space"]
-__all__ += ["read", "score", "write"]
+__all__ += ["ComparedScore", "GraspBelief", "GraspCalibration", "GraspComparison", "GraspLimits"]
+__all__ += ["GraspObject", "GraspScores", "GraspSet", "Grip", "Hand", "HandFile", "Motion"]
+__all__ += ["ObjectFacts", "ParallelGripper", "Protocol", "Source", "WrenchSpace", "baselines"]
+__all__ += ["calibrate", "compare", "grip", "limits", "read", "recalibrate", "score"]
+__all__ += ["wrench_space", "write"]
 
 check_doors(globals(), __all__)

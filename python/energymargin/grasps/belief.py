@@ -74,19 +74,21 @@ class GraspBelief:
         relative = {"relative": True} if self.relative else {}
         return relative | {"about": self.about, "of": known, "force": of_force}
 
-    def draw(self, likely: GraspDraw, seed: int) -> GraspDraw:
-        """The draw of that number about the values that are believed most.
+    def draw(
+        self, number: int, seed: int, *, friction: float, mass: float, force: float
+    ) -> GraspDraw:
+        """Draw `number` about the values that are believed most.
 
         Raises ValueError if hardly any draw can be, as of a mass below 0.
         """
-        random = np.random.default_rng([seed, likely.number, 0])
-        values: dict[str, Any] = {}
-        centers = (1.0, 1.0, 1.0) if self.relative else likely[1:]
+        random = np.random.default_rng([seed, number, 0])
+        values = {"friction": friction, "mass": mass, "force": force}
+        centers = (1.0, 1.0, 1.0) if self.relative else (friction, mass, force)
         for name, known in self._sources(*centers).items():
             if name != "pose":
-                scale = getattr(likely, name) if self.relative else 1.0
+                scale = values[name] if self.relative else 1.0
                 values[name] = scale * _positive(name, known, random)
-        return likely._replace(**values)
+        return GraspDraw(number, **values)
 
     def poses(self, number: int, seed: int) -> Iterator[NDArray[np.float64]]:
         """Errors of the pose, (6,), for draw `number`: the first, and others for where it cannot

@@ -71,8 +71,11 @@ class GraspTrials:
 
     def draw(self, number: int) -> GraspDraw:
         """Draw `number` of what is not known, but for the pose; -1: what is believed most."""
-        likely = GraspDraw(number, self.object.friction, self.object.mass, self.hand.force)
-        return likely if number < 0 else self.belief.draw(likely, self.seed)
+        likely = {"friction": self.object.friction, "mass": self.object.mass}
+        likely["force"] = self.hand.force
+        if number < 0:
+            return GraspDraw(number, **likely)
+        return self.belief.draw(number, self.seed, **likely)
 
     def outcomes(
         self, grasp: Grasp, numbers: Sequence[int], cancel: Cancel | None = None
