@@ -130,8 +130,7 @@ def critical_values(
         asked: as of `em.critical_value`, which says what comes out, and its errors.
     """
     check_type("problem", problem, Problem, "a Problem")
-    right = isinstance(vary, Mapping) and vary
-    require(right, "vary", vary, "ranges by name, {'push': (0.1, 20)}")
+    require(isinstance(vary, Mapping) and vary, "vary", vary, "ranges by name, {'push': (0.1, 20)}")
     limit = Limit(timeout, cancel)
     varied = {q if isinstance(q, Quantity) else quantity_of(problem, q): vary[q] for q in vary}
     if isinstance(known := asked.get("uncertainty"), Uncertainty):
@@ -143,8 +142,7 @@ def critical_values(
     what = f"captured for {problem.horizon:g} s with probability {first.probability:g}"
     engine = f"engine {getattr(engine, 'name', engine)}; seed {asked.get('seed', 0)}"
     sure = f"intervals of {first.confidence:g}; {engine}; algorithm {algorithm()}"
-    question = f"Asked: {what}; {sure}."
-    return CriticalValues(found, tuple(one.nominal for one in varied), question)
+    return CriticalValues(found, tuple(one.nominal for one in varied), f"Asked: {what}; {sure}.")
 
 
 def critical_curve(
@@ -210,6 +208,5 @@ def _margin(one: CriticalValue, nominal: float) -> float:
 
 def _axis(name: str, given: Axis) -> tuple[str, tuple[float, float], str]:
     right = isinstance(given, tuple) and len(given) in (2, 3) and isinstance(given[0], str)
-    expected = "a name, a range and perhaps a unit: ('mass', (0.05, 2), 'kg')"
-    require(right, name, given, expected)
+    require(right, name, given, "a name, a range and perhaps a unit: ('mass', (0.05, 2), 'kg')")
     return given if len(given) == 3 else (*given, "")

@@ -101,8 +101,7 @@ class GraspTrials:
         draw = self.draw(numbers[0])
         closed = self.grip(grasp, draw, cancel)
         first = closed.outcome
-        none: dict[str, Any] = dict.fromkeys(COUNTS, 0)
-        others = [first._replace(**none)] * (len(numbers) - 1)
+        others = [first._replace(steps=0, unconverged=0, lost_time=0.0)] * (len(numbers) - 1)
         if first.ending:
             return [first, *others]
         problem = self.problem(closed, draw)

@@ -208,8 +208,7 @@ def threshold(
         raise ValueError(f"values has {n} trajectories in which an alarm can be false, {expected}")
     value = float(statistics[rank - 1])
     announced = alarms(values, lost, Alarm(value, count=count, window=window), ahead=ahead)
-    level = rank / (n + 1)
-    return Threshold(value, level, statistics, rank, count, window, announced, conditions)
+    return Threshold(value, rank / (n + 1), statistics, rank, count, window, announced, conditions)
 
 
 def alarms(
