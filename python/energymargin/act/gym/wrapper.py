@@ -127,8 +127,7 @@ class CaptureWrapper(gymnasium.Wrapper[ObsType, ActType, ObsType, ActType], Reco
         checks.require(0 <= discount <= 1, "discount", discount, "a number from 0 to 1")
         self._discount = float(discount)
         self._settings = SearchSettings() if settings is None else settings
-        cores = checks.core_count("threads", threads)
-        self._asked: Any = {"disturbance": disturbance, "threads": cores}
+        self._disturbance, self._threads = disturbance, checks.core_count("threads", threads)
         self._candidates: Candidates | None = None
         if callable(candidates):
             takes = ("observation", "action", "random")
@@ -137,7 +136,7 @@ class CaptureWrapper(gymnasium.Wrapper[ObsType, ActType, ObsType, ActType], Reco
             count = checks.whole_number("candidates", candidates, 1)
             self._candidates = _noise(count, env.action_space)
         checks.share("confidence", confidence, choosing.LEAST_CONFIDENCE)
-        self._safest = SafestAction(self._settings, disturbance, confidence, threads=cores)
+        self._safest = SafestAction(self._settings, disturbance, confidence, threads=self._threads)
         self._random: np.random.Generator | None = None
         self._observation: ObsType | None = None
         self._potential = 0.0
@@ -180,7 +179,8 @@ class CaptureWrapper(gymnasium.Wrapper[ObsType, ActType, ObsType, ActType], Reco
         problem, score = self._problem(), {"score": nan}
         if problem is not None:
             settings = replace(self._settings, seed=self._seed())
-            score = score_of(problem, self._metric, settings, **self._asked)
+            asked: Any = {"disturbance": self._disturbance, "threads": self._threads}
+            score = score_of(problem, self._metric, settings, **asked)
         return {"capture": score}
 
     def _problem(self, *action: Any) -> Any:
