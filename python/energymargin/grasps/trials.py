@@ -6,10 +6,10 @@ that has closed on an object, to be put into a scene.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import islice, pairwise, product
+from itertools import chain, islice, pairwise, product, repeat
 from typing import Any
 
 import numpy as np
@@ -82,9 +82,12 @@ class GraspTrials:
     ) -> list[Outcome]:
         """Some trials of a grasp, whose numbers rise. Where nothing is unknown the hand closes once
         for all that follow each other."""
-        anew = [bool(self.belief) or b != a + 1 for a, b in pairwise(numbers)]
-        cuts = [0, *(np.flatnonzero(anew) + 1).tolist(), len(numbers)]
-        spans = [range(numbers[a], numbers[b - 1] + 1) for a, b in pairwise(cuts)]
+        spans: Iterable[range] = (range(k, k + 1) for k in numbers)
+        if not self.belief and isinstance(numbers, range):  # of any length
+            spans = [numbers]
+        elif not self.belief:
+            parts = np.split(numbers, np.flatnonzero(np.diff(numbers) != 1) + 1)
+            spans = [range(int(part[0]), int(part[-1]) + 1) for part in parts]
         return [one for span in spans for one in self._run(grasp, span, cancel)]
 
     def run(self, grasp: Grasp, number: int, cancel: Cancel | None = None) -> Outcome:
@@ -101,9 +104,9 @@ class GraspTrials:
         draw = self.draw(numbers[0])
         closed = self.grip(grasp, draw, cancel)
         first = closed.outcome
-        others = [first._replace(steps=0, unconverged=0, lost_time=0.0)] * (len(numbers) - 1)
+        other = first._replace(steps=0, unconverged=0, lost_time=0.0)
         if first.ending:
-            return [first, *others]
+            return [first] + [other] * (len(numbers) - 1)
         problem = self.problem(closed, draw)
         found = self._rollouts(problem, numbers, cancel)
         times, later = found.exit_times, found.exit_times
@@ -113,7 +116,7 @@ class GraspTrials:
         sums = {name: getattr(first, name) + getattr(found, name) for name in COUNTS}
         first = first._replace(**sums)
         endings = map(_ending, times.tolist(), later.tolist())
-        ended = zip([first, *others], endings, times.tolist(), strict=True)
+        ended = zip(chain([first], repeat(other)), endings, times.tolist(), strict=False)
         return [one._replace(ending=ending, time=time) for one, ending, time in ended]
 
     def likely_problem(self, grasp: Grasp, cancel: Cancel | None = None) -> Problem:
