@@ -57,25 +57,21 @@ def named(problems: object, plans: object = None) -> dict[str, Problem]:
     """Problems by name, or one with each of several plans; those of a list by their numbers. Raises
     ValueError on none."""
     if plans is not None and not isinstance(problems, Problem):
-        raise ValueError(
-            f"problems is {shown(problems)} beside plans, expected one Problem, which gets each of "
-            "them; problems that have plans of their own come without plans="
-        )
+        expected = "expected one Problem, which gets each of them"
+        way = "problems that have plans of their own come without plans="
+        raise ValueError(f"problems is {shown(problems)} beside plans, {expected}; {way}")
     argument, several = ("problems", problems) if plans is None else ("plans", plans)
     if not isinstance(several, (Mapping, Sequence)) or isinstance(several, str):
         way = "; for plans of one problem: em.rank(problem, {'left': plan, 'right': other})"
-        raise ValueError(
-            f"{argument} is {shown(several)}, expected several, as a list or a dict"
-            + way * isinstance(several, Problem)
-        )
+        expected = f"several, as a list or a dict{way * isinstance(several, Problem)}"
+        raise ValueError(f"{argument} is {shown(several)}, expected {expected}")
     if not several:
         raise ValueError(f"{argument} is empty, expected one at least")
     field: dict[str, Problem] = {}
     for name, one in several.items() if isinstance(several, Mapping) else enumerate(several):
         if str(name) in field:
-            raise ValueError(
-                f"{argument} has the name {str(name)!r} twice, expected different names"
-            )
+            twice = f"has the name {str(name)!r} twice, expected different names"
+            raise ValueError(f"{argument} {twice}")
         field[str(name)] = problems.replace(plan=one) if isinstance(problems, Problem) else one
     return field
 
@@ -88,11 +84,9 @@ def check_alike(question: Question, field: Mapping[str, Problem]) -> None:
     for name in others:
         for what, theirs in _met(question, field[name]).items():
             if theirs != expected[what]:
-                raise ValueError(
-                    f"problems[{name!r}] has {what} {shown(theirs)}, problems[{first!r}] "
-                    f"{shown(expected[what])}, expected the same: candidates meet the same "
-                    "disturbances"
-                )
+                known = f"problems[{first!r}] {shown(expected[what])}"
+                why = "expected the same: candidates meet the same disturbances"
+                raise ValueError(f"problems[{name!r}] has {what} {shown(theirs)}, {known}, {why}")
 
 
 def _met(question: Question, problem: Problem) -> dict[str, object]:

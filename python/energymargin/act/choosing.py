@@ -11,8 +11,9 @@ choice errs towards the policy.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from statistics import NormalDist
 from typing import Any
 
@@ -20,8 +21,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Cancel, Cancelled, CaptureProbability, Problem
-from energymargin.act.trials import OF_ROLLOUTS
-from energymargin.base.checks import numbers_of, shown, whole_number
+from energymargin.act.draws import OF_ROLLOUTS
+from energymargin.base.checks import numbers_of, require, shown, whole_number
 from energymargin.base.reprs import Record
 from energymargin.evaluate.divergence import is_unknown
 from energymargin.evaluate.searches import SearchSettings, metric_search
@@ -55,16 +56,13 @@ class Noise:
         """Checks them."""
         whole_number("count", self.count, 1)
         spread = numbers_of("spread", self.spread, NUMBERS)
-        if not (np.isfinite(spread).all() and (spread >= 0).all() and spread.any()):
-            raise ValueError(
-                f"spread is {shown(self.spread)}, expected a number above 0, or an array of "
-                "numbers of at least 0 that are not all 0"
-            )
+        right = np.isfinite(spread).all() and (spread >= 0).all() and spread.any()
+        expected = "a number above 0, or an array of numbers of at least 0 that are not all 0"
+        require(right, "spread", self.spread, expected)
         low, high = numbers_of("low", self.low, NUMBERS), numbers_of("high", self.high, NUMBERS)
         if () not in (low.shape, high.shape) and low.shape != high.shape:
             raise ValueError(f"high has shape {high.shape}, expected that of low, {low.shape}")
-        if not (low < high).all():
-            raise ValueError(f"low is {shown(self.low)}, expected below high = {shown(self.high)}")
+        require((low < high).all(), "low", self.low, f"below high = {shown(self.high)}")
 
     def __call__(
         self, observation: Any, action: ArrayLike, random: np.random.Generator
@@ -78,10 +76,8 @@ class Noise:
         for name in ("spread", "low", "high"):
             shape = np.shape(getattr(self, name))
             if shape not in ((), middle.shape):
-                raise ValueError(
-                    f"{name} has shape {shape}, expected a number or the action's shape "
-                    f"{middle.shape}"
-                )
+                expected = f"a number or the action's shape {middle.shape}"
+                raise ValueError(f"{name} has shape {shape}, expected {expected}")
         noise = random.normal(size=(self.count, *middle.shape)) * np.asarray(self.spread)
         kind = np.asarray(action).dtype
         actions = np.clip(middle + noise, self.low, self.high)
@@ -118,39 +114,33 @@ class SafestAction:
     threads: int = 1
     cancel: Cancel | None = None
 
-    def of(
-        self, count: int, problem_of: Callable[[int], Problem], seed: int, otherwise: int = 0
-    ) -> Choice:
-        """The choice among `count` actions, by the problems in which the robot takes each of them.
+    def of(self, problems: Sequence[Callable[[], Problem]], seed: int, default: int = 0) -> Choice:
+        """The choice among actions, by functions that make the problems in which the robot takes
+        each of them, the policy's first.
 
         If the best one does not reach `least`, the most probable one is taken that does; if none
-        does, that of the number `otherwise`. Raises Cancelled once the cancel is set.
+        does, that of the number `default`. Raises Cancelled once the cancel is set.
         """
-        asked: dict[int, CaptureProbability] = {}
+        settings, asked = replace(self.settings, seed=seed), list[CaptureProbability]()
+        rules: Any = OF_ROLLOUTS | {"disturbance": self.disturbance}
+        where: Any = {"threads": self.threads, "cancel": self.cancel}
 
+        @cache
         def probability(number: int) -> CaptureProbability:
-            if number not in asked:
-                asked[number] = metric_search(
-                    problem_of(number),
-                    "probability",
-                    replace(self.settings, seed=seed),
-                    disturbance=self.disturbance,
-                    threads=self.threads,
-                    cancel=self.cancel,
-                    **OF_ROLLOUTS,
-                )
-            if not asked[number].complete:
+            found = metric_search(problems[number](), "probability", settings, **rules, **where)
+            if not found.complete:
                 raise Cancelled("cancelled before an action was chosen")
-            return asked[number]
+            asked.append(found)
+            return asked[-1]
 
-        number, probabilities = choose(count, probability, self.confidence)
+        number, probabilities = choose(len(problems), probability, self.confidence)
         if self.least is not None and not probabilities[number] >= self.least:
-            probabilities = np.array([_share_of(probability(k)) for k in range(count)])
+            probabilities = np.array([_share_of(probability(k)) for k in range(len(problems))])
             known = np.nan_to_num(probabilities, nan=-1.0)
             number = int(np.argmax(known))
             if known[number] < self.least:
-                number = otherwise
-        diverged = sum(found.diverged for found in asked.values())
+                number = default
+        diverged = sum(found.diverged for found in asked)
         return Choice(number, probabilities, self.settings.rollouts * len(asked), diverged)
 
 
@@ -168,8 +158,7 @@ def choose(
     probabilities = np.full(count, np.nan)
     first = probability(0)
     probabilities[0] = _share_of(first)
-    others = max(count - 1, 1)
-    z = NormalDist().inv_cdf(1 - (1 - confidence) / others)
+    z = NormalDist().inv_cdf(1 - (1 - confidence) / max(count - 1, 1))
     if is_unknown(first) or not _better(1.0, first.effective, first, z):
         return 0, probabilities
     best, highest = 0, first.captured
@@ -189,11 +178,10 @@ def candidates_of(
     """The actions beside the policy's; ValueError on what are none, or not finite."""
     if candidates is None:
         return []
-    returned: object = candidates(observation, action, random)
+    returned: Any = candidates(observation, action, random)
     if not isinstance(returned, Iterable):
-        raise ValueError(
-            f"candidates returned {shown(returned)}, expected actions, such as a list of them"
-        )
+        expected = "expected actions, such as a list of them"
+        raise ValueError(f"candidates returned {shown(returned)}, {expected}")
     others = list(returned)
     for other in others:
         require_finite("candidates", other)
@@ -202,11 +190,10 @@ def candidates_of(
 
 def require_finite(name: str, action: Any) -> None:
     """Raises ValueError on a float, or an array of floats, with NaN or infinity."""
-    if not isinstance(action, (float, np.floating, np.ndarray)):
-        return
-    numbers = np.asarray(action)
-    if numbers.dtype.kind == "f" and not np.isfinite(numbers).all():
-        raise ValueError(f"an action of {name} is {shown(action)}, expected finite numbers")
+    if isinstance(action, (float, np.floating, np.ndarray)):
+        numbers = np.asarray(action)
+        right = numbers.dtype.kind != "f" or np.isfinite(numbers).all()
+        require(right, f"an action of {name}", action, "finite numbers")
 
 
 def _share_of(found: CaptureProbability) -> float:
@@ -217,8 +204,6 @@ def _share_of(found: CaptureProbability) -> float:
 def _better(share: float, size: float, than: CaptureProbability, z: float) -> bool:
     """Whether a share of `size` rollouts exceeds another by more than z standard errors, each with
     one success and one failure more (Agresti and Caffo)."""
-    shares = np.array([share, than.captured])
-    sizes = np.array([size, than.effective])
+    shares, sizes = np.array([share, than.captured]), np.array([size, than.effective])
     shares, sizes = (shares * sizes + 1) / (sizes + 2), sizes + 2
-    variances = shares * (1 - shares) / sizes
-    return bool(shares[0] - shares[1] > z * np.sqrt(variances[0] + variances[1]))
+    return bool(shares[0] - shares[1] > z * np.sqrt((shares * (1 - shares) / sizes).sum()))

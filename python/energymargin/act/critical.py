@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from math import isnan, nan
 from pathlib import Path
 from typing import Any
@@ -14,12 +13,10 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Cancelled, Problem
 from energymargin.act.crossing import Search
-from energymargin.act.draws import Disturbance, Draws, Question, Trial, check_uncertainty
-from energymargin.act.trials import Trials
+from energymargin.act.draws import Disturbance, Draws, Question, Trial, Trials, check_uncertainty
 from energymargin.base.checks import function_of
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import warn
-from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
 from energymargin.evaluate.executors.choice import Executor
 from energymargin.model.beliefs.belief import Belief, numbered_particle
@@ -31,11 +28,14 @@ MORE = (
 )
 
 ProblemOf = Callable[[float], Problem]
+Progress = Callable[[int, int], None]
+Asked = tuple[ProblemOf, str, tuple[float, float], str]
+"""A critical value that is searched: of which problems, its name, range and unit."""
 OutcomesOf = Callable[[float, Sequence[int]], Any]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CriticalValue(Record, Summarized):
+class CriticalValue(Summarized):
     """Where a probability crosses the one that is asked for."""
 
     quantity: str
@@ -140,12 +140,12 @@ def critical_value(
         raise ValueError(f"metric is {metric!r}, expected 'probability' or 'probability/success'")
 
     def run(value: float, draws: Sequence[int]) -> tuple[NDArray[np.float64], int] | None:
+        of = f"{quantity} {value:g}"
         try:
             problem = problem_of(value)
         except ValueError as error:
-            said = f"no problem has {quantity} {value:g}: {error}; change the range"
-            raise ValueError(said) from error
-        question.check(f"the problem of {quantity} {value:g}", problem)
+            raise ValueError(f"no problem has {of}: {error}; change the range") from error
+        question.check(f"the problem of {of}", problem)
         parts = _trials(problem, uncertainty, seed, draws)
         found = [one for one in trials.run(question, parts, limit) if one is not None]
         joined = Draws.joined(found)
@@ -163,10 +163,11 @@ def _trials(
     """Draws that follow each other are one trial, unless each has a problem of its own."""
     if uncertainty is not None:
         belief = Belief(problem, uncertainty=uncertainty)
-        particles = (numbered_particle(belief, seed, j) for j in draws)
-        return [Trial(k, range(draws[k], draws[k] + 1), one) for k, one in enumerate(particles)]
-    spans = np.split(draws, np.flatnonzero(np.diff(draws) != 1) + 1)
-    return [Trial(k, range(one[0], one[-1] + 1), problem) for k, one in enumerate(spans)]
+        asked = ((range(j, j + 1), numbered_particle(belief, seed, j)) for j in draws)
+    else:
+        spans = np.split(draws, np.flatnonzero(np.diff(draws) != 1) + 1)
+        asked = ((range(one[0], one[-1] + 1), problem) for one in spans)
+    return [Trial(k, *one) for k, one in enumerate(asked)]
 
 
 def critical_value_of(
@@ -194,10 +195,8 @@ def critical_value_of(
     def run(value: float, numbers: Sequence[int]) -> tuple[NDArray[np.float64], int]:
         found = np.asarray(outcomes_of(value, numbers), dtype=float)
         if found.shape != (len(numbers),) or not np.isin(found[~np.isnan(found)], (0, 1)).all():
-            raise ValueError(
-                f"outcomes_of returned {found!r} for {len(numbers)} draws, expected as many of 0, "
-                "1 or NaN"
-            )
+            asked = f"for {len(numbers)} draws, expected as many of 0, 1 or NaN"
+            raise ValueError(f"outcomes_of returned {found!r} {asked}")
         return found, 0
 
     asked = (range, probability, confidence, draws, tolerance, progress, Limit(timeout, cancel))
@@ -205,21 +204,18 @@ def critical_value_of(
 
 
 def one_after_the_other(
-    searches: Iterable[tuple[ProblemOf, str, tuple[float, float], str]],
-    progress: Callable[[int, int], None] | None,
-    limit: Limit,
-    asked: Mapping[str, Any],
+    searches: Iterable[Asked], progress: Progress | None, limit: Limit, asked: Mapping[str, Any]
 ) -> tuple[CriticalValue, ...]:
     """Critical values of problems by name, range and unit; those that a limit left out are unknown.
 
     Raises TimeoutError or Cancelled if that is the first.
     """
     found: list[CriticalValue] = []
+    tell = progress or (lambda done, total: None)
     for problem_of, name, ends, unit in searches:
+        n = sum(one.rollouts for one in found)
         given: dict[str, Any] = {**asked, **limit.rest(), "unit": unit}
-        if progress is not None:
-            before = sum(one.rollouts for one in found)
-            given["progress"] = partial(_going_on, progress, before)
+        given["progress"] = lambda done, total, n=n: tell(n + done, n + total)
         try:
             found.append(critical_value(problem_of, name, ends, **given))
         except (Cancelled, TimeoutError):
@@ -229,42 +225,26 @@ def one_after_the_other(
     return tuple(found)
 
 
-def _going_on(progress: Callable[[int, int], None], before: int, done: int, total: int) -> None:
-    progress(before + done, before + total)
-
-
-def _unknown(
-    quantity: str, unit: str, range: tuple[float, float], like: CriticalValue
-) -> CriticalValue:
+def _unknown(name: str, unit: str, ends: tuple[float, float], like: CriticalValue) -> CriticalValue:
     """Of a search that did not begin, asked as another one."""
-    low, high = map(float, range)
-    none = (0, 0, 0, False)  # rollouts, steps, diverged, complete
-    ends = (nan, low, high, like.confidence, "unknown", None, (), np.zeros((0, 3)))
-    return CriticalValue(quantity, unit, (low, high), like.probability, *ends, *none)
+    low, high = map(float, ends)
+    none = ((), np.zeros((0, 3)), 0, 0, 0, False)  # crossings, and what follows them
+    found = (nan, low, high, like.confidence, "unknown", None)
+    return CriticalValue(name, unit, (low, high), like.probability, *found, *none)
 
 
 def _found(search: Search, unit: str) -> CriticalValue:
     """What a search finds."""
     parts = search.parts()
-    first, told = parts[0], [part.monotone for part in parts]
+    told = [part.monotone for part in parts]
     monotone = False if search.turns() else None if None in told else False not in told
     if monotone is False:
         warn([(search.quantity, f"{search.quantity} is not monotone: {MORE}")], None)
-    return CriticalValue(
-        search.quantity,
-        unit,
-        search.scale.ends,
-        search.probability,
-        first.value,
-        first.low,
-        first.high,
-        search.confidence,
-        first.side,
-        monotone=monotone,
-        crossings=tuple((p.value, p.low, p.high, p.side) for p in parts if not isnan(p.value)),
-        outcomes=np.array(sorted(row for part in parts for row in part.table())),
-        rollouts=search.rollouts,
-        steps=search.steps,
-        diverged=int(search.diverged.sum()),
-        complete=not search.stopped,
-    )
+    value, low, high, side = parts[0].crossing
+    asked = (search.quantity, unit, search.scale.ends, search.probability)
+    crossing = (value, low, high, search.confidence)
+    crossings = tuple(part.crossing for part in parts if not isnan(part.crossing[0]))
+    outcomes = np.array(sorted(row for part in parts for row in part.table()))
+    found = (side, monotone, crossings, outcomes)
+    counts = (search.rollouts, search.steps, int(search.diverged.sum()))
+    return CriticalValue(*asked, *crossing, *found, *counts, not search.stopped)

@@ -23,8 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from energymargin.act.scale import Scale
-from energymargin.base.checks import function_or_none, open_share, whole_number
+from energymargin.act.quantities import Scale
+from energymargin.base.checks import function_or_none, open_share, require, whole_number
 from energymargin.base.errors import DivergedError
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import Kept, kept_warnings, warn
@@ -78,9 +78,8 @@ class Search:
         self.scale = Scale.of(self.range)
         self.lost = 1.0 - open_share("probability", self.probability)
         self.alpha = (1.0 - open_share("confidence", self.confidence)) / 2.0  # of each end
-        if open_share("tolerance", self.tolerance) >= 0.5:
-            said = f"tolerance is {self.tolerance:g}, expected a share of the range, such as 0.01"
-            raise ValueError(said)
+        small = open_share("tolerance", self.tolerance) < 0.5
+        require(small, "tolerance", self.tolerance, "a share of the range, such as 0.01")
         each = log(max(self.lost, self.probability))
         usual = int(min(max(DRAWS, np.ceil(log(self.alpha / SPARE) / each)), MOST))
         self.draws = usual if asked is None else whole_number("draws", asked, PILOT)
@@ -91,8 +90,9 @@ class Search:
         self.ranks = int(likely[0]), middle, int(likely[-1]) + 1
         self.diverged = np.zeros(self.draws, bool)
         if self.ranks[0] == 0 or self.ranks[2] > self.draws:
-            said = "fewer than both ends of the interval need: one is that of the range. Take"
-            said = f"draws is {self.draws}, {said} {int(np.ceil(log(self.alpha) / each))} or more"
+            way = f"Take {int(np.ceil(log(self.alpha) / each))} or more"
+            few = "fewer than both ends of the interval need: one is that of the range"
+            said = f"draws is {self.draws}, {few}. {way}"
             warn([(said, said)], said)
 
     def outcomes(self, u: float, draws: NDArray[np.int64]) -> Floats | None:
@@ -118,12 +118,10 @@ class Search:
                 self.warned.add(about)
                 warn([(about, text)], fingerprint)
 
-    def _note(
-        self, known: dict[int, float], draws: Sequence[int], values: Floats, steps: int
-    ) -> None:
-        known |= dict(zip(draws, values.tolist(), strict=True))
-        self.rollouts, self.steps = self.rollouts + len(draws), self.steps + steps
-        self.diverged[[j for j in draws if j < self.draws and isnan(known[j])]] = True
+    def _note(self, known: dict[int, float], new: list[int], values: Floats, steps: int) -> None:
+        known |= dict(zip(new, values.tolist(), strict=True))
+        self.rollouts, self.steps = self.rollouts + len(new), self.steps + steps
+        self.diverged[[j for j in new if j < self.draws and isnan(known[j])]] = True
         count = int(self.diverged.sum())
         if too_many_diverged(count, self.draws):
             raise DivergedError(self.quantity, count, self.draws)
@@ -183,14 +181,13 @@ def _clearest(lost: bool, run: list[float], shares: dict[float, float]) -> float
     """The first value at which most holds, or is lost: the farthest from others among alike."""
     best = (min if lost else max)(shares[u] for u in run)
     alike = [u for u in run if shares[u] == best]
-    place = 0 if run[0] == 0.0 else -1 if run[-1] == 1.0 else len(alike) // 2
-    return alike[place]
+    return alike[0 if run[0] == 0.0 else -1 if run[-1] == 1.0 else len(alike) // 2]
 
 
 class Part:
     """A part of the range: from where it is easy, 0, to where it is hard, 1.
 
-    `value`, `low`, `high`, `side` and `monotone` are as of a CriticalValue.
+    `crossing`, value, low, high and side, and `monotone` are as of a CriticalValue.
     """
 
     def __init__(self, search: Search, easy: float, hard: float) -> None:
@@ -231,14 +228,14 @@ class Part:
         if not self._follow and (everywhere or nowhere):
             each = [self._count(u) or 0 for u in np.linspace(0.0, 1.0, GRID).tolist()]
             everywhere, nowhere = everywhere and max(each) < few, nowhere and min(each) >= many
-        self.side = "below" if self._easy < self._hard else "above"
+        side = "below" if self._easy < self._hard else "above"
         if everywhere or nowhere:
             low = value = high = nan
-            self.side = "everywhere" if everywhere else "nowhere"
+            side = "everywhere" if everywhere else "nowhere"
         elif not np.isfinite(value):
-            value, self.side = nan, "unknown"
-        self.value = self._value(value)
-        self.low, self.high = sorted(self._value(u) for u in (low, high))
+            value, side = nan, "unknown"
+        low, high = sorted(self._value(u) for u in (low, high))
+        self.crossing = (self._value(value), low, high, side)
 
     def table(self) -> list[tuple[float, float, float]]:
         """As the rows of CriticalValue.outcomes."""
@@ -283,12 +280,11 @@ class Part:
             low, high, enough = float(held.max()), float(lost.min()), self._search.tolerance
             if low >= high:  # they differ
                 first = np.argsort(lost, kind="stable")[: PILOT // 4]
-                wide = np.where(np.isfinite(lost[first]), (lost - held)[first], 0.0)
-                j = first[np.argmax(wide)]
+                widths = np.where(np.isfinite(lost[first]), (lost - held)[first], 0.0)
+                j = first[np.argmax(widths)]
                 low, high, enough = float(held[j]), float(lost[j]), COARSE
-            if not np.isfinite([low, high]).all() or self._width(low, high) <= enough:
-                break
-            if not self._ask((low + high) / 2.0, pilot):
+            wide = np.isfinite([low, high]).all() and self._width(low, high) > enough
+            if not (wide and self._ask((low + high) / 2.0, pilot)):
                 break
 
     def _width(self, u: float, other: float) -> float:
@@ -339,8 +335,7 @@ class Part:
     def _surprised(self, low: float, high: float) -> bool:
         """Whether an outcome that follows is another one."""
         most = SURPRISES // 2 * (4 if self._search.turns() else 1)
-        ends = (low, self._held > low, 0.0), (high, self._lost < high, 1.0)
-        for end, follows, other in ends:
+        for end, follows, other in (low, self._held > low, 0.0), (high, self._lost < high, 1.0):
             number = self._number(min(max(end, 0.0), 1.0))
             left = np.flatnonzero(follows & (self._search.at(number) == NOT_ASKED))[:most]
             found = self._search.outcomes(number, left)

@@ -51,13 +51,9 @@ class Evolution:
         self._dimension = len(start)
         padded = np.append(start, 0.5) if len(start) == 1 else start
         random = np.random.default_rng(seed)
-        options = {
-            "bounds": [0.0, 1.0],
-            "popsize": population_of(len(start)),
-            "randn": lambda *shape: random.standard_normal(shape),
-            "seed": math.nan,  # numpy's global generator is not touched
-            "verbose": -9,
-        }
+        options = {"bounds": [0.0, 1.0], "popsize": population_of(len(start)), "verbose": -9}
+        options["randn"] = lambda *shape: random.standard_normal(shape)
+        options["seed"] = math.nan  # numpy's global generator is not touched
         self._search = cma_package().CMAEvolutionStrategy(padded, SIGMA, options)
         self._asked: list[Array] = []
 

@@ -13,25 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Cancel, Cancelled, Problem
-from energymargin.act.choosing import (
-    LEAST_CONFIDENCE,
-    Candidates,
-    SafestAction,
-    candidates_of,
-    require_finite,
-)
+from energymargin.act import choosing
+from energymargin.act.choosing import Candidates, SafestAction
 from energymargin.act.draws import check_disturbance
 from energymargin.act.monitor import Monitor, Reading
-from energymargin.base.checks import (
-    check_type,
-    core_count,
-    function_of,
-    function_or_none,
-    not_negative_number,
-    one_of,
-    share,
-    shown,
-)
+from energymargin.base import checks
 from energymargin.base.closing import Closing
 from energymargin.base.reprs import Record
 from energymargin.evaluate.searches import SearchSettings
@@ -40,7 +26,8 @@ Chosen = Literal["policy", "candidate", "fallback"]
 Reason = Literal["fine", "alarm", "unknown"]
 UNKNOWN = ("fallback", "ask", "policy")
 
-ProblemOfAction = Callable[[NDArray[np.float64], float, Any], Problem]
+State = NDArray[np.float64]
+ProblemOfAction = Callable[[State, float, Any], Problem]
 """Called with (state, time, action); returns the problem at that state in which the robot takes
 that action first."""
 
@@ -174,51 +161,41 @@ class Guard(Closing):
         If `candidates`, `problem_of` or its score fails, the fallback is taken and `last.error`
         says why; without a fallback the error is raised. Raises ValueError on bad arguments.
         """
-        self._policy = function_of("policy", policy, "observation")
-        check_type("monitor", monitor, Monitor, "an em.Monitor")
+        self._policy = checks.function_of("policy", policy, "observation")
+        checks.check_type("monitor", monitor, Monitor, "an em.Monitor")
         if monitor.rule is None:
             raise ValueError("monitor has no alarm, expected one with alarm=")
         self.monitor = monitor
-        self._fallback = function_or_none("fallback", fallback, "observation")
-        self._problem_of = function_or_none("problem_of", problem_of, "state", "time", "action")
-        self._candidates = function_or_none(
-            "candidates", candidates, "observation", "action", "random"
-        )
+        self._fallback = checks.function_or_none("fallback", fallback, "observation")
+        asked = ("state", "time", "action"), ("observation", "action", "random")
+        self._problem_of = checks.function_or_none("problem_of", problem_of, *asked[0])
+        self._candidates = checks.function_or_none("candidates", candidates, *asked[1])
         if candidates is None and fallback is None:
             raise ValueError("candidates and fallback are None, expected one of them at least")
-        share("confidence", confidence, LEAST_CONFIDENCE)
-        if not_negative_number("least", least) > 1:
-            raise ValueError(f"least is {least!r}, expected a probability, from 0 to 1")
+        checks.share("confidence", confidence, choosing.LEAST_CONFIDENCE)
+        right = checks.not_negative_number("least", least) <= 1
+        checks.require(right, "least", least, "a probability, from 0 to 1")
         if least and fallback is None:
             raise ValueError(f"least is {least!r} without a fallback, expected 0 or a fallback")
-        self._max_age = None if max_age is None else not_negative_number("max_age", max_age)
+        self._max_age = None if max_age is None else checks.not_negative_number("max_age", max_age)
         if unknown == "fallback" and fallback is None:
             raise ValueError("unknown is 'fallback' without a fallback, expected 'ask' or 'policy'")
         usual = "ask" if fallback is None else "fallback"
-        self._unknown = one_of("unknown", usual if unknown is None else unknown, UNKNOWN)
+        self._unknown = checks.one_of("unknown", usual if unknown is None else unknown, UNKNOWN)
         check_disturbance(disturbance)
-        of_use_with_it = {
-            "candidates": candidates,
-            "least": least or None,
-            "disturbance": disturbance,
-            "unknown": "ask" if self._unknown == "ask" else None,
-        }
-        for name, value in of_use_with_it.items() if problem_of is None else ():
-            if value is not None:
-                raise ValueError(
-                    f"{name} is {shown(value)} without problem_of, expected a function (state, "
-                    "time, action) too"
-                )
+        asks = "ask" if self._unknown == "ask" else None
+        of_use_with_it = {"candidates": candidates, "least": least or None, "unknown": asks}
+        for name, value in {**of_use_with_it, "disturbance": disturbance}.items():
+            if problem_of is None and value is not None:
+                way = "expected a function (state, time, action) too"
+                raise ValueError(f"{name} is {checks.shown(value)} without problem_of, {way}")
         self._settings = SearchSettings(rollouts=rollouts, seed=seed)
         self._cancel = Cancel()
-        cores = core_count("threads", threads)
-        self._safest = SafestAction(
-            self._settings, disturbance, confidence, least, cores, self._cancel
-        )
-        self._on_decision = function_or_none("on_decision", on_decision, "decision")
+        given = (disturbance, confidence, least, checks.core_count("threads", threads))
+        self._safest = SafestAction(self._settings, *given, self._cancel)
+        self._on_decision = checks.function_or_none("on_decision", on_decision, "decision")
         self._random = np.random.default_rng(self._settings.seed)
-        self.last = None
-        self.counters = GuardCounters(0, 0, 0, 0, 0, 0, 0)
+        self.last, self.counters = None, GuardCounters(0, 0, 0, 0, 0, 0, 0)
 
     def __call__(self, observation: Any, *, time: float, state: ArrayLike) -> Any:
         """The action to take at an observation, in the state of shape (n,) at a time [s].
@@ -250,20 +227,17 @@ class Guard(Closing):
         self._cancel.set()
         self.monitor.close()
 
-    def _decided(
-        self, time: float, state: NDArray[np.float64], observation: Any, action: Any
-    ) -> Decision:
+    def _decided(self, time: float, state: State, observation: Any, action: Any) -> Decision:
         reading = self.monitor.latest
         reason = self._reason(time, reading)
         decision = partial(Decision, time, reading=reading)
         try:
-            require_finite("policy", action)
+            choosing.require_finite("policy", action)
         except ValueError as error:
             if self._fallback is None:
                 raise
             _log.warning("at %g s: %s", time, error)
-            taken = self._fallback_action(observation)
-            return decision("fallback", "unknown", taken, error=error)
+            return decision("fallback", "unknown", self._fallback_action(observation), error=error)
         what = self._unknown if reason == "unknown" else "ask"
         if reason == "fine" or what == "policy":
             return decision("policy", reason, action)
@@ -271,14 +245,11 @@ class Guard(Closing):
         if self._problem_of is None or what == "fallback":
             return decision("fallback", reason, *others)
         try:
-            more = candidates_of(self._candidates, observation, action, self._random)
+            more = choosing.candidates_of(self._candidates, observation, action, self._random)
             actions = [action, *more, *others]
-            choice = self._safest.of(
-                len(actions),
-                lambda number: self._problem_of(state, time, actions[number]),
-                seed=int(self._random.integers(2**63)),
-                otherwise=len(actions) - 1 if others else 0,
-            )
+            seed, last = int(self._random.integers(2**63)), len(actions) - 1
+            problems = [partial(self._problem_of, state, time, one) for one in actions]
+            choice = self._safest.of(problems, seed, last if others else 0)
         except (Cancelled, MemoryError):
             raise
         except Exception as error:
@@ -287,16 +258,9 @@ class Guard(Closing):
             _log.warning("the actions at %g s have no probabilities: %s", time, error)
             return decision("fallback", reason, *others, error=error)
         source: Chosen = "candidate" if choice.number else "policy"
-        if others and choice.number == len(actions) - 1:
-            source = "fallback"
-        return decision(
-            source,
-            reason,
-            actions[choice.number],
-            probabilities=choice.probabilities,
-            rollouts=choice.rollouts,
-            diverged=choice.diverged,
-        )
+        source = "fallback" if others and choice.number == last else source
+        told = {name: one for name, one in vars(choice).items() if name != "number"}
+        return decision(source, reason, actions[choice.number], **told)
 
     def _reason(self, time: float, reading: Reading | None) -> Reason:
         oldest = time - (self._max_age or 0.0)
@@ -306,5 +270,5 @@ class Guard(Closing):
 
     def _fallback_action(self, observation: Any) -> Any:
         action = self._fallback(observation)
-        require_finite("fallback", action)
+        choosing.require_finite("fallback", action)
         return action

@@ -21,12 +21,11 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Cancelled, Plan, Problem, stream
 from energymargin.act.candidates import Standing
-from energymargin.act.draws import Disturbance, Draws, Question, check_uncertainty
+from energymargin.act.draws import Disturbance, Draws, Question, Trials, check_uncertainty
 from energymargin.act.evolution import Evolution, adapted, cma_package, population_of, scaled
 from energymargin.act.parameters import Constraint, Make, Maker, Parameters, Point
 from energymargin.act.racing import Duel, duel
 from energymargin.act.ranking import Race, Ranking
-from energymargin.act.trials import Trials
 from energymargin.base.checks import function_or_none, one_of, seed_number, whole_number, yes_or_no
 from energymargin.base.errors import DivergedError
 from energymargin.base.limits import Limit
@@ -121,22 +120,18 @@ class Improvement(Summarized):
         before, after = (value_text(metric, s.score) for s in (self.before, self.after))
         if self.ranking.best == START:
             return f"the start is the best that was found: {metric} {before}"
-        return (
-            f"{metric} {before} at the start, {after} with the plan that was found; of "
-            f"{self._duel.draws} draws it gains {self._duel.wins} and loses {self._duel.losses}"
-        )
+        one = self._duel
+        gains = f"of {one.draws} draws it gains {one.wins} and loses {one.losses}"
+        return f"{metric} {before} at the start, {after} with the plan that was found; {gains}"
 
     def to_csv(self) -> str:
         """A line for each plan that was tried, in full precision: generation, the factor of the
         disturbance, the score, the values of the parameters."""
         low, high = np.array(list(self.ranges.values())).T
-        rows = [
-            (number, one.factor, score, *values)
-            for number, one in enumerate(self.generations, 1)
-            for score, values in zip(
-                one.scores.tolist(), (low + one.points * (high - low)).tolist(), strict=True
-            )
-        ]
+        rows = []
+        for number, one in enumerate(self.generations, 1):
+            columns = np.column_stack([one.scores, low + one.points * (high - low)])
+            rows += [(number, one.factor, *row) for row in columns.tolist()]
         return csv_text(("generation", "factor", "score", *self.parameters), rows)
 
     @cached_property
@@ -213,8 +208,7 @@ def improve(
     seed, nodes = seed_number(seed), whole_number("nodes", nodes, 1)
     question = Question(metric, disturbance, seed, nodes)
     one_of("method", method, METHODS)
-    budget = whole_number("budget", budget, 1)
-    rollouts = whole_number("rollouts", rollouts, 1)
+    budget, rollouts = whole_number("budget", budget, 1), whole_number("rollouts", rollouts, 1)
     harden = yes_or_no("harden", harden)
     function_or_none("progress", progress, "done", "total")
     check_uncertainty(uncertainty)
@@ -241,11 +235,6 @@ class _Run:
     draws: int = 0
     trials: Trials = field(init=False)
 
-    @property
-    def question(self) -> Question:
-        """What each draw is asked under the stated disturbance."""
-        return self.maker.question
-
     def count(self, draws: Draws) -> None:
         """Counts draws, and tells the progress."""
         self.steps += draws.steps
@@ -256,15 +245,14 @@ class _Run:
     def improved(self, trials: Trials, *, harden: bool) -> Improvement:
         """Screens, searches, compares."""
         self.trials, box = trials, self.maker.box
-        search = Evolution(self._screened(), self._seed(SEARCH))
-        generations, whole = self._searched(search, harden=harden)
+        evolution = Evolution(self._screened(), self._seed(SEARCH))
+        generations, whole = self._searched(evolution, harden=harden)
         finalists = {FAVOURITE: generations[-1].favourite}
         for number, one in list(enumerate(generations, 1))[-LAST:]:
             finalists[f"generation {number}"] = one.points[one.best]
-        if generations[-1].factor > 1.0:  # a draw is theirs, who withstand more than is stated
-            finalists[START] = box.start
-        else:
-            finalists = {START: box.start, **finalists}
+        first = {START: box.start}
+        hardened = generations[-1].factor > 1.0  # a draw is theirs, who withstand more than stated
+        finalists = finalists | first if hardened else first | finalists
         seed, draws = self._seed(FINAL), self._last_draws
         ranking = self._raced(finalists, seed, draws, self.limit, race=False)
         if self.limit.cancelled:
@@ -272,16 +260,10 @@ class _Run:
         if ranking.complete and whole and self.progress is not None:
             self.progress(self.budget, self.budget)  # it may end before
         chosen = finalists[ranking.best]
-        return Improvement(
-            values=box.values(chosen),
-            start=box.values(box.start),
-            problem=self.maker.problems({START: chosen})[START],
-            ranking=ranking,
-            generations=tuple(generations),
-            ranges=box.ranges,
-            steps=self.steps,
-            complete=ranking.complete and whole,
-        )
+        problem = self.maker.problems({START: chosen})[START]
+        found = (box.values(chosen), box.values(box.start), problem, ranking)
+        search = (tuple(generations), box.ranges, self.steps)
+        return Improvement(*found, *search, ranking.complete and whole)
 
     def _screened(self) -> Point:
         """The best of the start and of points spread over the box."""
@@ -292,8 +274,7 @@ class _Run:
         sobol = qmc.Sobol(len(box), seed=np.random.default_rng(seed))
         points = np.array([box.start, *sobol.random(spread)])
         ranking = self._raced(_numbered(points), seed, self.rollouts, self.of_search)
-        chosen: Point = points[int(ranking.best)]
-        return chosen
+        return np.asarray(points[int(ranking.best)])
 
     def _searched(self, search: Evolution, *, harden: bool) -> tuple[list[Generation], bool]:
         """The generations until the budget leaves but the last comparison, or the limit is reached,
@@ -303,22 +284,24 @@ class _Run:
         be, or all are out of the capture set at once.
         """
         generations: list[Generation] = []
+        score = self.maker.question.score
         factor, last, empty, whole = 1.0, 0, 0, True
-        while not generations or self.steps + last + self._last_steps <= self.budget:
+        draws_at_end, ending = (LAST + 2) * self._last_draws, 0.0  # about the steps of that
+        while not generations or self.steps + last + ending <= self.budget:
             before = self.steps
             points = search.ask()
-            seed = stream(self._seed(SEARCH), len(generations))
-            draws = self._drawn(points, seed, factor)
+            draws = self._drawn(points, stream(self._seed(SEARCH), len(generations)), factor)
             if draws is None:
                 whole = False
                 break
-            scores = np.array([np.nan if d is None else self.question.score(d) for d in draws])
+            scores = np.array([np.nan if d is None else score(d) for d in draws])
             losses = _losses(scores, draws, [self.maker.violation(point) for point in points])
             search.tell(losses)
             favourite, last = search.favourite, self.steps - before
+            ending = draws_at_end * self.steps / max(self.draws, 1)
             best = int(np.argmin(losses))
             generations.append(Generation(points, scores, best, factor, favourite))
-            if harden and not self.question.is_effort:
+            if harden and not self.maker.question.is_effort:
                 factor = adapted(factor, scores[np.isfinite(scores)])
             empty = 0 if self.steps > before else empty + 1
             if empty == MOST_EMPTY:
@@ -328,13 +311,8 @@ class _Run:
         return generations, whole
 
     @property
-    def _last_steps(self) -> float:
-        """About the simulation steps of the last comparison."""
-        return (LAST + 2) * self._last_draws * self.steps / max(self.draws, 1)
-
-    @property
     def _last_draws(self) -> int:
-        return FINAL_SEARCHES if self.question.is_effort else FINAL_ROLLOUTS
+        return FINAL_SEARCHES if self.maker.question.is_effort else FINAL_ROLLOUTS
 
     def _raced(
         self, points: dict[str, Point], seed: int, draws: int, limit: Limit, *, race: bool = True
@@ -344,10 +322,10 @@ class _Run:
         problems = self.maker.problems(points)
         if not problems:
             raise ValueError("make_plan returned None for values that it made a plan of before")
-        question = replace(self.question, seed=seed)
+        question = replace(self.maker.question, seed=seed)
         try:
-            comparison = Race(problems, self.uncertainty, question)
-            return comparison.run(self.trials, limit, draws, race=race)
+            asked = Race(problems, self.uncertainty, question)
+            return asked.run(self.trials, limit, draws, race=race)
         except DivergedError as error:
             if np.array_equal(points[error.subject], self.maker.box.start):
                 raise DivergedError("the start", error.diverged, error.rollouts) from error
@@ -358,8 +336,8 @@ class _Run:
         """The draws of each point; None of those that cannot be, or whose rollouts diverge, or if
         the limit came first."""
         problems = self.maker.problems(_numbered(points))
-        harder = scaled(self.question.disturbance, factor)
-        question = replace(self.question, seed=seed, disturbance=harder)
+        harder = scaled(self.maker.question.disturbance, factor)
+        question = replace(self.maker.question, seed=seed, disturbance=harder)
         race = Race(problems, self.uncertainty, question)
         if not race.draw(self.rollouts, self.trials, self.of_search):
             return None
@@ -370,7 +348,7 @@ class _Run:
         return draws
 
     def _seed(self, number: int) -> int:
-        return stream(self.question.seed, number)
+        return stream(self.maker.question.seed, number)
 
 
 def _numbered(points: Point) -> dict[str, Point]:
@@ -378,14 +356,10 @@ def _numbered(points: Point) -> dict[str, Point]:
     return {str(number): point for number, point in enumerate(points)}
 
 
-def _losses(
-    scores: Point, draws: Sequence[Draws | None], violations: Sequence[float]
-) -> list[float]:
+def _losses(scores: Point, draws: Sequence[Draws | None], broken: Sequence[float]) -> list[float]:
     """The order of the points as numbers, equal ones the same: those that can be by their scores
     and by how long they hold, then the others by how far they break the constraints."""
-    keys = [
-        (1.0, violation, 0.0) if one is None else (0.0, -score, -one.mean_survival)
-        for score, one, violation in zip(scores.tolist(), draws, violations, strict=True)
-    ]
+    rows = zip(scores.tolist(), draws, broken, strict=True)
+    keys = [(1.0, b, 0.0) if d is None else (0.0, -s, -d.mean_survival) for s, d, b in rows]
     ordered = sorted(set(keys))
     return [float(ordered.index(key)) for key in keys]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import partial
 from numbers import Real
 from typing import Any, overload
@@ -13,19 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Problem
-from energymargin.act.critical import CriticalValue, one_after_the_other
-from energymargin.act.quantities import Quantity, quantity_of
-from energymargin.act.scale import Scale
-from energymargin.base.checks import check_type, function_of, open_share, shown, whole_number
+from energymargin.act.critical import CriticalValue, Progress, one_after_the_other
+from energymargin.act.quantities import Quantity, Scale, quantity_of
+from energymargin.base.checks import check_type, function_of, open_share, require, whole_number
 from energymargin.base.limits import Limit
-from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
 from energymargin.evaluate.searches import algorithm
 from energymargin.model.beliefs.uncertainty import Uncertainty
 
-POINTS = 9
-
-Progress = Callable[[int, int], None]
 Axis = tuple[str, tuple[float, float]] | tuple[str, tuple[float, float], str]
 """A quantity's name, its range, and its unit if it has one."""
 
@@ -72,19 +67,18 @@ class CriticalValues(Sequence[CriticalValue], Summarized):
 
     def to_json(self) -> str:
         """All of it: what was asked, and each quantity with its values."""
-        names = [one.name for one in fields(CriticalValue) if one.name != "outcomes"]
-        each = [
-            {name: getattr(one, name) for name in names}
-            | {"nominal": nominal, "margin": margin, "outcomes": one.outcomes.tolist()}
-            for one, nominal, margin in zip(self.found, self.nominals, self.margins, strict=True)
-        ]
+        each = []
+        for one, nominal, margin in zip(self.found, self.nominals, self.margins, strict=True):
+            row: dict[str, Any] = dict(vars(one))
+            rest = {"nominal": nominal, "margin": margin, "outcomes": row.pop("outcomes").tolist()}
+            each.append(row | rest)
         whole = {"question": self.question, "algorithm": algorithm(), "quantities": each}
         # JSON has no NaN and no infinity: they are null.
         return json.dumps(json.loads(json.dumps(whole), parse_constant=lambda _: None), indent=1)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class CriticalCurve(Record, Summarized):
+class CriticalCurve(Summarized):
     """Critical values of one quantity along another."""
 
     quantity: str
@@ -136,8 +130,7 @@ def critical_values(
         asked: as of `em.critical_value`, which says what comes out, and its errors.
     """
     check_type("problem", problem, Problem, "a Problem")
-    if not isinstance(vary, Mapping) or not vary:
-        raise ValueError(f"vary is {shown(vary)}, expected ranges by name, {{'push': (0.1, 20)}}")
+    require(isinstance(vary, Mapping) and vary, "vary", vary, "ranges by name, {'push': (0.1, 20)}")
     limit = Limit(timeout, cancel)
     varied = {q if isinstance(q, Quantity) else quantity_of(problem, q): vary[q] for q in vary}
     if isinstance(known := asked.get("uncertainty"), Uncertainty):
@@ -146,12 +139,10 @@ def critical_values(
     searches = [(one.problem, one.name, ends, one.unit) for one, ends in varied.items()]
     found = one_after_the_other(searches, progress, limit, asked)
     first, engine = found[0], problem.scene.engine
-    question = (
-        f"Asked: captured for {problem.horizon:g} s with probability {first.probability:g}; "
-        f"intervals of {first.confidence:g}; engine {getattr(engine, 'name', engine)}; seed "
-        f"{asked.get('seed', 0)}; algorithm {algorithm()}."
-    )
-    return CriticalValues(found, tuple(one.nominal for one in varied), question)
+    what = f"captured for {problem.horizon:g} s with probability {first.probability:g}"
+    engine = f"engine {getattr(engine, 'name', engine)}; seed {asked.get('seed', 0)}"
+    sure = f"intervals of {first.confidence:g}; {engine}; algorithm {algorithm()}"
+    return CriticalValues(found, tuple(one.nominal for one in varied), f"Asked: {what}; {sure}.")
 
 
 def critical_curve(
@@ -159,7 +150,7 @@ def critical_curve(
     along: Axis,
     of: Axis,
     *,
-    points: int = POINTS,
+    points: int = 9,
     confidence: float = 0.95,
     progress: Progress | None = None,
     timeout: float | None = None,
@@ -202,27 +193,20 @@ def _require_not_drawn(problem: Problem, name: str, known: Uncertainty) -> None:
     for part in of.split(","):
         drawn = drawn.get(part) if isinstance(drawn, Mapping) else drawn
     if not isinstance(drawn, Real | Mapping | None):
-        raise ValueError(
-            f"vary is {name!r}, whose distribution uncertainty gives whatever the value is, "
-            "expected a standard deviation there"
-        )
+        why = "whose distribution uncertainty gives whatever the value is"
+        raise ValueError(f"vary is {name!r}, {why}, expected a standard deviation there")
 
 
 def _margin(one: CriticalValue, nominal: float) -> float:
     if one.side in ("everywhere", "nowhere"):
         return np.inf if one.side == "everywhere" else -np.inf
     size = abs(nominal) or one.range[1] - one.range[0]
-    away = [
-        (value - nominal if side == "below" else nominal - value) / size
-        for value, _, _, side in one.crossings
-    ]
+    signs = {"below": 1.0, "above": -1.0}
+    away = [signs[side] * (value - nominal) / size for value, _, _, side in one.crossings]
     return min(away, key=abs, default=np.nan)
 
 
 def _axis(name: str, given: Axis) -> tuple[str, tuple[float, float], str]:
-    if not isinstance(given, tuple) or len(given) not in (2, 3) or not isinstance(given[0], str):
-        raise ValueError(
-            f"{name} is {shown(given)}, expected a name, a range and perhaps a unit: "
-            "('mass', (0.05, 2), 'kg')"
-        )
+    right = isinstance(given, tuple) and len(given) in (2, 3) and isinstance(given[0], str)
+    require(right, name, given, "a name, a range and perhaps a unit: ('mass', (0.05, 2), 'kg')")
     return given if len(given) == 3 else (*given, "")

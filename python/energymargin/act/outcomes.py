@@ -17,8 +17,7 @@ from scipy.optimize import brentq
 from scipy.special import betaln, xlog1py, xlogy
 
 from energymargin.act.racing import Duel
-from energymargin.base.checks import open_share, shown
-from energymargin.base.reprs import Record
+from energymargin.base.checks import open_share, require
 from energymargin.base.summary import Summarized
 
 Vector = NDArray[np.float64]
@@ -29,7 +28,7 @@ KINDS = ("success", "sum_reward")  # what a file says of each episode, the bette
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class OutcomeComparison(Record, Summarized):
+class OutcomeComparison(Summarized):
     """What the outcomes of two policies say."""
 
     means: tuple[float, float]
@@ -70,15 +69,13 @@ def compare(a: Outcomes, b: Outcomes, *, confidence: float = 0.95) -> OutcomeCom
     open_share("confidence", confidence)
     (first, of_first, kind), (second, of_second, other) = _read("a", a), _read("b", b)
     if {kind, other} == set(KINDS):
-        raise ValueError(
-            f"a has each episode's {kind} and b its {other}, expected the same of both: give lists"
-        )
+        way = "expected the same of both: give lists"
+        raise ValueError(f"a has each episode's {kind} and b its {other}, {way}")
     if of_first and of_second and len(of_first[0]) == len(of_second[0]):
         both = [start for start in of_first if start in of_second]
         if not both:
-            raise ValueError(
-                "a and b have no seed and no task in common, expected episodes of the same ones"
-            )
+            said = "a and b have no seed and no task in common"
+            raise ValueError(f"{said}, expected episodes of the same ones")
         first = first[[of_first.index(start) for start in both]]
         second = second[[of_second.index(start) for start in both]]
     pairs = min(len(first), len(second))
@@ -89,67 +86,57 @@ def compare(a: Outcomes, b: Outcomes, *, confidence: float = 0.95) -> OutcomeCom
     losses = np.array([Duel(b, a, n).better for a, b, n in each])
     # Each of the two claims has half of the errors, so that both together have what was asked.
     needed = 1.0 - (1.0 - confidence) / 2.0
-    decided = np.flatnonzero(np.maximum(wins, losses) >= needed)
-    when = int(decided[0]) if len(decided) else None
-    return OutcomeComparison(
-        (float(first.mean()), float(second.mean())),
-        (_rate(first, confidence), _rate(second, confidence)),
-        *(won[-1], lost[-1]),
-        pairs,
-        "" if when is None else "a" if wins[when] >= needed else "b",
-        confidence,
-        (float(wins.max()), float(losses.max())),
-        None if when is None else when + 1,
-    )
+    sure = np.flatnonzero(np.maximum(wins, losses) >= needed)
+    decided, better = None, ""
+    if len(sure):
+        decided, better = int(sure[0]) + 1, "a" if wins[sure[0]] >= needed else "b"
+    means = (float(first.mean()), float(second.mean()))
+    rates = (_rate(first, confidence), _rate(second, confidence))
+    claims = (better, confidence, (float(wins.max()), float(losses.max())), decided)
+    return OutcomeComparison(means, rates, won[-1], lost[-1], pairs, *claims)
 
 
 def _read(name: str, given: Outcomes) -> tuple[Vector, list[Start] | None, str]:
     """Outcomes, where each episode started, and which of KINDS they are, if a file says that."""
-    starts: list[Start] | None = None
-    kind = ""
     values: Any = given
+    starts, kind = None, ""
     if isinstance(given, str | Path):
-        episodes, kind = _episodes(Path(given))
-        values = [value for value, _ in episodes]
-        starts = [start for _, start in episodes if start is not None]
-        starts = starts if len(set(starts)) == len(episodes) else None
+        values, each, kind = _episodes(Path(given))
+        starts = each if None not in each and len(set(each)) == len(each) else None
     try:
         outcomes = np.asarray(values, dtype=float)
     except (TypeError, ValueError):
         outcomes = np.zeros((0, 0))
-    if outcomes.ndim != 1 or not len(outcomes) or not np.isfinite(outcomes).all():
-        raise ValueError(f"{name} is {shown(given)}, expected a list of finite outcomes")
+    right = outcomes.ndim == 1 and len(outcomes) and np.isfinite(outcomes).all()
+    require(right, name, given, "a list of finite outcomes")
     return outcomes, starts, kind
 
 
-def _episodes(path: Path) -> tuple[list[tuple[Any, Start | None]], str]:
-    """Those of a LeRobot evaluation, and what they are. Tasks that ran in parallel are in the file
-    as they ended: they are put in order, since the first to end may be those that went well."""
+def _episodes(path: Path) -> tuple[list[Any], list[Any], str]:
+    """Outcomes of a LeRobot evaluation, where each episode started, and what they are. Tasks that
+    ran in parallel are in the file as they ended: they are put in order, since the first to end may
+    be those that went well."""
     try:
         whole = json.loads(path.read_text())
         if "per_episode" in whole:
             episodes = whole["per_episode"]
             kind = KINDS[0 if any(KINDS[0] in one for one in episodes) else 1]
-            return [_episode(one, kind) for one in episodes], kind
+            seeds = [one.get("seed") for one in episodes]
+            starts = [None if seed is None else (seed,) for seed in seeds]
+            return [one.get(kind) for one in episodes], starts, kind
         tasks = [
             (str(one.get("task_group", "")), one.get("task_id", number), one.get("metrics", one))
             for number, one in enumerate(whole["per_task"])
         ]
-        found: list[tuple[Any, Start | None]] = [
-            (value, (group, number, k))
-            for group, number, task in sorted(tasks, key=lambda one: one[:2])
-            for k, value in enumerate(np.atleast_1d(task["successes"]).tolist())
-        ]
-        return found, KINDS[0]
+        values, places = list[Any](), list[Any]()
+        for group, number, task in sorted(tasks, key=lambda one: one[:2]):
+            won = np.atleast_1d(task["successes"]).tolist()
+            values += won
+            places += [(group, number, k) for k in range(len(won))]
+        return values, places, KINDS[0]
     except (ValueError, LookupError, TypeError, AttributeError) as error:
-        raise ValueError(
-            f"{path} is no evaluation of LeRobot, expected a JSON file with per_episode or per_task"
-        ) from error
-
-
-def _episode(one: dict[str, Any], kind: str) -> tuple[Any, Start | None]:
-    seed = one.get("seed")
-    return one.get(kind), None if seed is None else (seed,)
+        expected = "expected a JSON file with per_episode or per_task"
+        raise ValueError(f"{path} is no evaluation of LeRobot, {expected}") from error
 
 
 def _rate(outcomes: Vector, confidence: float) -> tuple[float, float]:

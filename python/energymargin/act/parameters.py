@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Plan, Problem
 from energymargin.act.draws import Question
-from energymargin.base.checks import check_type, function_of, numbers_of, shown
+from energymargin.base.checks import check_type, function_of, numbers_of, require, shown
 from energymargin.model.plans import in_steps
 
 Make = Callable[[dict[str, float]], "Plan | Problem | None"]
@@ -30,8 +30,8 @@ class Parameters:
 
         Raises ValueError on others, and on none.
         """
-        if not isinstance(given, Mapping) or not given:
-            raise ValueError(f"parameters is {shown(given)}, expected a dict: name -> (low, high)")
+        right = isinstance(given, Mapping) and given
+        require(right, "parameters", given, "a dict: name -> (low, high)")
         bounds = {name: _bounds(name, value) for name, value in given.items()}
         self.ranges = {name: (low, high) for name, (low, _, high) in bounds.items()}
         """By name (low, high)."""
@@ -67,10 +67,8 @@ class Maker:
 
     def __post_init__(self) -> None:
         """Raises ValueError on what is no problem and no function, and if the start cannot be."""
-        if callable(self.constraints) or not isinstance(self.constraints, Sequence):
-            raise ValueError(
-                f"constraints is {shown(self.constraints)}, expected a list of functions"
-            )
+        listed = isinstance(self.constraints, Sequence) and not callable(self.constraints)
+        require(listed, "constraints", self.constraints, "a list of functions")
         for number, one in enumerate(self.constraints):
             function_of(f"constraints[{number}]", one, "values")
         check_type("problem", self.problem, Problem, "a Problem")
@@ -78,9 +76,8 @@ class Maker:
         values = self.box.values(self.box.start)
         for number, value in enumerate(self._constrained(values)):
             if value < 0:
-                raise ValueError(
-                    f"constraints[{number}] is {value:g} at the start {values}, expected at least 0"
-                )
+                said = f"constraints[{number}] is {value:g} at the start {values}"
+                raise ValueError(f"{said}, expected at least 0")
         made = self._made(values)
         if made is None:
             raise ValueError(f"make_plan returned None for the start {values}, expected a plan")
@@ -89,8 +86,7 @@ class Maker:
 
     def violation(self, point: Point) -> float:
         """By how much its values break the constraints; 0 if they do not."""
-        found = self._constrained(self.box.values(point))
-        return float(sum(max(0.0, -value) for value in found))
+        return float(sum(max(0.0, -value) for value in self._constrained(self.box.values(point))))
 
     def problems(self, points: Mapping[str, Point]) -> dict[str, Problem]:
         """The problems of points in the unit cube, by name, without those that cannot be, or break
@@ -104,11 +100,9 @@ class Maker:
                 continue
             same = made.horizon == self.start.horizon
             if not same and self.question.metric != "probability/success":
-                raise ValueError(
-                    f"make_plan makes a horizon of {made.horizon} s for {values}, of "
-                    f"{self.start.horizon} s for the start, expected the same: set the problem's "
-                    "horizon"
-                )
+                of = f"{made.horizon} s for {values}, of {self.start.horizon} s for the start"
+                way = "expected the same: set the problem's horizon"
+                raise ValueError(f"make_plan makes a horizon of {of}, {way}")
             there[name] = made
         return there
 
@@ -117,9 +111,8 @@ class Maker:
         if made is None or isinstance(made, Problem):
             return made
         if not isinstance(made, Plan):
-            raise ValueError(
-                f"make_plan returned {shown(made)} for {values}, expected a Plan, a Problem or None"
-            )
+            expected = "expected a Plan, a Problem or None"
+            raise ValueError(f"make_plan returned {shown(made)} for {values}, {expected}")
         try:
             plan = in_steps(made, self.problem.scene.step)
             horizon = plan.duration if self.problem.horizon is None else self.problem.horizon
@@ -135,9 +128,8 @@ class Maker:
             if isinstance(value, (bool, np.bool_)):
                 value = float(value) - 1.0
             if not isinstance(value, (int, float, np.number)) or np.isnan(value):
-                raise ValueError(
-                    f"constraints[{number}] returned {shown(value)} for {values}, expected a number"
-                )
+                returned = f"constraints[{number}] returned {shown(value)}"
+                raise ValueError(f"{returned} for {values}, expected a number")
             yield float(value)
 
 
@@ -149,6 +141,7 @@ def _bounds(name: Any, value: Any) -> tuple[float, float, float]:
     if numbers.shape == (2,):
         numbers = np.insert(numbers, 1, numbers.sum() / 2)
     good = numbers.shape == (3,) and np.isfinite(numbers).all()
-    if not (good and numbers[0] <= numbers[1] <= numbers[2] and numbers[0] < numbers[2]):
-        raise ValueError(f"{what} is {shown(value)}, expected {EXPECTED}")
-    return float(numbers[0]), float(numbers[1]), float(numbers[2])
+    rising = good and numbers[0] <= numbers[1] <= numbers[2] and numbers[0] < numbers[2]
+    require(rising, what, value, EXPECTED)
+    low, start, high = numbers.tolist()
+    return low, start, high

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Plan, Problem, World
-from energymargin.act.draws import Disturbance, Draws, Question, Trial
-from energymargin.act.trials import Trials
+from energymargin.act.draws import Disturbance, Draws, Question, Trial, Trials
 from energymargin.base.checks import check_type, function_or_none, whole_number, yes_or_no
 from energymargin.base.limits import Limit
 from energymargin.base.metrics import value_text, with_unit
@@ -108,14 +107,11 @@ class MarginProfile(Summarized):
     def summary(self) -> str:
         """Where it is weakest, in words."""
         one, number = self.weakest, self.weakest.number
-        probability, low, high = (
-            value_text("probability", value) for value in (one.probability, one.low, one.high)
-        )
+        figures = (one.probability, one.low, one.high)
+        probability, low, high = (value_text("probability", value) for value in figures)
         effort = "" if np.isnan(one.effort) else f", effort {with_unit(EFFORT, one.effort)}"
-        return (
-            f"weakest at {one.time:.4g} s: probability {probability} ({low} to {high}) over the "
-            f"next {self.ahead[number]:.4g} s{effort}"
-        )
+        ahead = f"over the next {self.ahead[number]:.4g} s{effort}"
+        return f"weakest at {one.time:.4g} s: probability {probability} ({low} to {high}) {ahead}"
 
     def to_csv(self) -> str:
         """A line for each moment, in full precision."""
@@ -177,9 +173,8 @@ def margin_profile(
     check_type("problem", problem, Problem, "a Problem")
     asked = problem if plan is None else with_plan(problem, plan)
     if asked.horizon is None:
-        raise ValueError(
-            "problem is without plan and horizon, expected one: margin_profile(problem, plan)"
-        )
+        way = "expected one: margin_profile(problem, plan)"
+        raise ValueError(f"problem is without plan and horizon, {way}")
     step = asked.scene.step
     apart, end = control_period("every", every, step), round(asked.horizon / step)
     look = None if ahead is None else whole_steps("ahead", ahead, step)
@@ -191,8 +186,8 @@ def margin_profile(
     if yes_or_no("effort", effort):
         questions.append((Question(EFFORT, None, seed, nodes), 1))
     last = end - 1 if look is None else end - look
-    moments = nearest_steps(np.arange(last * step / apart + 1) * apart, step)
-    numbers = [int(number) for number in moments if number <= last]
+    steps = nearest_steps(np.arange(last * step / apart + 1) * apart, step)
+    numbers = [int(number) for number in steps if number <= last]
     lengths = [end - number if look is None else look for number in numbers]
     states, memory = _nominal(asked, numbers, limit)
     problems, ended = _moments(asked, states, memory, numbers, lengths)
@@ -220,24 +215,13 @@ def margin_profile(
             one.require_few_diverged(f"the moment at {number * step:.4g} s")
     ends = [(np.nan, np.nan) if one is None else one.interval() for one in found[0]]
     low, high = np.array(ends).T
-    return MarginProfile(
-        times=np.array(numbers) * step,
-        ahead=np.array(lengths) * step,
-        states=states,
-        captured=np.atleast_1d(asked.captured.contains(asked.scene, states)),
-        probabilities=_means(found[0]),
-        low=low,
-        high=high,
-        diverged=np.array([0 if one is None else one.diverged for one in found[0]]),
-        efforts=_means(found[1]),
-        problems=tuple(problems),
-        rollouts=rollouts,
-        nodes=nodes,
-        seed=seed,
-        disturbance=disturbance,
-        complete=complete,
-        ended=ended,
-    )
+    captured = np.atleast_1d(asked.captured.contains(asked.scene, states))
+    times, lasting = np.array(numbers) * step, np.array(lengths) * step
+    moments = (times, lasting, states, captured, _means(found[0]))
+    diverged = np.array([0 if one is None else one.diverged for one in found[0]])
+    scores = (low, high, diverged, _means(found[1]))
+    settings = (rollouts, nodes, seed, disturbance)
+    return MarginProfile(*moments, *scores, tuple(problems), *settings, complete, ended)
 
 
 def _nominal(problem: Problem, numbers: Sequence[int], limit: Limit) -> tuple[Rows, Rows]:

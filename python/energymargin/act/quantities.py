@@ -1,4 +1,4 @@
-"""Quantities of a problem that can be varied, by name."""
+"""Quantities of a problem that can be varied, by name, and their ranges."""
 
 from __future__ import annotations
 
@@ -12,9 +12,45 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from energymargin._core import Feedback, Plan, Problem
-from energymargin.base.checks import one_of, positive_number
+from energymargin.base.checks import numbers_of, one_of, positive_number, require
 from energymargin.model.engines import Engine, varied_by, with_varied
 from energymargin.model.plans import in_steps
+
+DECADE = 10.0  # a range of a larger ratio is searched by ratios
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Values of a range as numbers from 0 to 1."""
+
+    ends: tuple[float, float]
+
+    @classmethod
+    def of(cls, given: tuple[float, float]) -> Scale:
+        """Raises ValueError unless it is two finite numbers that rise."""
+        expected = "(low, high), which rise"
+        low, high = numbers_of("range", given, expected, (2,)).tolist()
+        require(low < high, "range", given, expected)
+        return cls((low, high))
+
+    def apart(self, u: float, other: float) -> float:
+        """How far two values are apart, as a share of the larger one; infinite beyond the range."""
+        if not np.isfinite([u, other]).all():
+            return np.inf
+        a, b = self.value(u), self.value(other)
+        least = 0.0 if self.by_ratio else (self.ends[1] - self.ends[0]) / 50.0
+        return abs(a - b) / max(abs(a), abs(b), least)
+
+    def value(self, u: float) -> float:
+        """The value at a number from 0 to 1."""
+        low, high = self.ends
+        value = low ** (1.0 - u) * high**u if self.by_ratio else (1.0 - u) * low + u * high
+        return min(max(value, low), high)
+
+    @property
+    def by_ratio(self) -> bool:
+        """Whether values are searched by ratios."""
+        return self.ends[0] > 0.0 and self.ends[1] / DECADE > self.ends[0]
 
 
 @dataclass(frozen=True)
@@ -49,22 +85,26 @@ def quantity_of(problem: Problem, name: str) -> Quantity:
     return QUANTITIES[known](problem, name, of)
 
 
+def _need(there: object, name: str, why: str) -> None:
+    """Raises ValueError if a problem lacks what a quantity is of."""
+    if not there:
+        raise ValueError(f"vary is {name!r}, {why}")
+
+
 def _horizon(problem: Problem, name: str, _: str) -> Quantity:
-    if problem.horizon is None:
-        raise ValueError("vary is 'horizon', and the problem has none: replace(horizon=1.0)")
+    _need(problem.horizon, name, "and the problem has none: replace(horizon=1.0)")
     step = problem.scene.step
 
     def over(value: float) -> Problem:
         return problem.replace(horizon=max(1, round(positive_number(name, value) / step)) * step)
 
-    return Quantity(name, "s", problem.horizon, over)
+    return Quantity(name, "s", problem.horizon or 0.0, over)
 
 
 def _push(problem: Problem, name: str, _: str) -> Quantity:
     force, torque = np.array(problem.force), np.array(problem.torque)
     most = float(force.max())
-    if most == 0.0:
-        raise ValueError("vary is 'push', and the problem has no force")
+    _need(most, name, "and the problem has no force")
 
     def pushed(value: float) -> Problem:
         return problem.replace(force=force * (value / most), torque=torque * (value / most))
@@ -75,18 +115,15 @@ def _push(problem: Problem, name: str, _: str) -> Quantity:
 def _plan_of(problem: Problem, name: str) -> Plan:
     if problem.plan is None:
         raise ValueError(f"vary is {name!r}, and the problem has no plan")
-    plan: Plan = problem.plan
-    return plan
+    return problem.plan
 
 
 def _speed(problem: Problem, name: str, _: str) -> Quantity:
     """Rows last shorter, and motors are asked for more; the horizon is shorter likewise, and the
     state stays as it is."""
-    plan, horizon = _plan_of(problem, name), problem.horizon
-    if horizon is None:
-        raise ValueError("vary is 'speed', and the problem has no horizon: replace(horizon=1.0)")
-    if plan.feedback is not None:
-        raise ValueError(f"vary is 'speed', and the plan is {plan!r}, expected one of rows alone")
+    plan, horizon = _plan_of(problem, name), problem.horizon or 0.0
+    _need(horizon, name, "and the problem has no horizon: replace(horizon=1.0)")
+    _need(plan.feedback is None, name, f"and the plan is {plan!r}, expected one of rows alone")
 
     def faster(value: float) -> Problem:
         step = problem.scene.step
@@ -126,23 +163,21 @@ def _ends(count: int, longer: float) -> NDArray[np.float64]:
 
 def _delay(problem: Problem, name: str, _: str) -> Quantity:
     plan = _plan_of(problem, name)
-    law = plan.feedback
-    if law is None:
-        raise ValueError("vary is 'delay', and the plan observes nothing")
+    policy, law = plan.policy, plan.feedback
+    _need(law is not None, name, "and the plan observes nothing")
 
     def late(value: float) -> Problem:
         delay = round(value / law["period"])
-        if plan.policy is None:
-            return problem.replace(plan=_with_law(plan, delay=delay))
-        return problem.replace(plan=plan.policy.delayed(delay))
+        slow = policy.delayed(delay) if policy is not None else _with_law(plan, delay=delay)
+        return problem.replace(plan=slow)
 
     return Quantity(name, "s", law["delay"] * law["period"], late)
 
 
 def _gain(problem: Problem, name: str, _: str) -> Quantity:
     plan = _plan_of(problem, name)
-    if plan.feedback is None or plan.policy is not None:
-        raise ValueError("vary is 'gain', and the plan has no feedback")
+    there = plan.feedback is not None and plan.policy is None
+    _need(there, name, "and the plan has no feedback")
 
     def stronger(value: float) -> Problem:
         return problem.replace(plan=_with_law(plan, gains=value * plan.feedback["gains"]))
@@ -158,8 +193,7 @@ def _with_law(plan: Plan, **changes: Any) -> Feedback:
 def _force(problem: Problem, name: str, joint: str) -> Quantity:
     joints = {one.name: one for one in problem.scene.joints}
     one = joints[one_of("vary", joint, tuple(joints))]
-    if not np.isfinite(one.torque_limit):
-        raise ValueError(f"vary is {name!r}, whose drive has no largest force")
+    _need(np.isfinite(one.torque_limit), name, "whose drive has no largest force")
     policy = None if problem.plan is None else problem.plan.policy
 
     def driven(value: float) -> Problem:
@@ -182,8 +216,7 @@ def _of_body(problem: Problem, name: str, body: str) -> Quantity:
     two = len(pair) == 2
 
     def changed(value: float) -> Problem:
-        changes = {} if two else {kind: value}
-        other = scene.with_body(pair[0], **changes)  # a copy
+        other = scene.with_body(pair[0], **({} if two else {kind: value}))  # a copy
         if two:
             other.set_friction(pair[0], pair[1], value)
         return problem.replace(scene=other)
@@ -198,8 +231,8 @@ def _pose(problem: Problem, name: str, body: str) -> Quantity:
     one_of("vary", body, tuple(one.name for one in scene.bodies))
     links = {joint.child for joint in scene.joints}
     there = scene.unpack(problem.state).get(body, {})
-    if body in links or len(there.get("position", ())) < 3:
-        raise ValueError(f"vary is {name!r}, along which that body does not move freely")
+    free = body not in links and len(there.get("position", ())) == 3
+    _need(free, name, "along which that body does not move freely")
 
     def moved(value: float) -> Problem:
         state, own = np.array(problem.state), scene.slice(body)

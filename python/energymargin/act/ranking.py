@@ -11,10 +11,9 @@ import numpy as np
 
 from energymargin._core import Cancel, Plan, Problem
 from energymargin.act.candidates import Standing, check_alike, named
-from energymargin.act.draws import EFFORTS, Disturbance, Draws, Question, Trial, check_uncertainty
+from energymargin.act.draws import EFFORTS, Disturbance, Draws, Question, Trial, Trials
 from energymargin.act.racing import Duel, beaten, beats, duel, looks, mistaken
-from energymargin.act.trials import Trials
-from energymargin.base.checks import function_or_none, share, whole_number, yes_or_no
+from energymargin.base.checks import by_name, function_or_none, share, whole_number, yes_or_no
 from energymargin.base.limits import Limit
 from energymargin.base.summary import Summarized
 from energymargin.base.table_text import csv_text
@@ -27,7 +26,6 @@ TOLERANCE = 0.05  # of a probability
 MOST_NAMED = 4  # in a sentence
 MOST_PERCENT = 99.9  # that is said
 SHARE_BEFORE_TIE = 0.3  # of all draws: until then those that are as good as the leader race on
-OUT, AS_GOOD = "out", "as good"
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,10 +56,7 @@ class Ranking(Summarized):
 
     def __getitem__(self, name: str) -> Standing:
         """One candidate, by its name; KeyError if there is none."""
-        for standing in self.standings:
-            if standing.name == name:
-                return standing
-        raise KeyError(f"{name!r} is no candidate; there are: {', '.join(self.names)}")
+        return by_name(name, {one.name: one for one in self.standings}, "candidate")
 
     def __repr__(self) -> str:
         """The decision."""
@@ -92,8 +87,7 @@ class Ranking(Summarized):
     def regret_bound(self) -> float:
         """By how much another one is better than the best, at most, with the confidence `level`: a
         difference of probabilities, to 0.01; of efforts the share of the searches."""
-        steps = range(101)
-        short = [step + 1 for step in steps if self._confidence(step / 100) < self.level]
+        short = [k + 1 for k in range(101) if self._confidence(k / 100) < self.level]
         return min(max(short, default=0), 100) / 100
 
     @property
@@ -109,7 +103,7 @@ class Ranking(Summarized):
         better than the one that led; "" if it did not. KeyError if there is none of this name."""
         if self[name].racing:
             return ""
-        return AS_GOOD if name in self.confidence_set else OUT
+        return "as good" if name in self.confidence_set else "out"
 
     @property
     def decision(self) -> str:
@@ -120,16 +114,14 @@ class Ranking(Summarized):
         if not others:
             confidence = 1.0 - max(self._risks.values(), default=0.0)
             return f"the best is {self.best}, with {_percent(confidence)} % confidence"
-        if self.confidence >= self.level:
-            said, most, confidence = f"choose {self.best}:", self.tolerance, self.confidence
-        else:
-            said = f"undecided: {self.best} leads, but"
-            most, confidence = self.regret_bound, self.level
-        by = f"by at most {most:g}"
-        if self.metric in EFFORTS:
-            by = f"in at most {most:.0%} of the searches"
-        percent = _percent(confidence)
-        return f"{said} {_listed(others)} may be better, {by}, with {percent} % confidence"
+        said, most, confidence = f"choose {self.best}:", self.tolerance, self.confidence
+        if confidence < self.level:
+            said, most = f"undecided: {self.best} leads, but", self.regret_bound
+            confidence = self.level
+        of_efforts = self.metric in EFFORTS
+        by = f"in at most {most:.0%} of the searches" if of_efforts else f"by at most {most:g}"
+        better = f"{_listed(others)} may be better"
+        return f"{said} {better}, {by}, with {_percent(confidence)} % confidence"
 
     def to_csv(self) -> str:
         """A line for each candidate, in full precision."""
@@ -142,11 +134,9 @@ class Ranking(Summarized):
         mistake half as often as they are allowed to; the other half of the risk is shared by all
         that may have come first, and are as good."""
         share = 0.5 / mistaken(len(self), circle=self.metric in EFFORTS)
-        risks = [
-            min(self._risks[name], (1.0 - one.as_good(tolerance)) / share)
-            for name, one in self._duels.items()
-        ]
-        return 1.0 - min(max(risks, default=0.0), 1.0)
+        worse = {name: (1.0 - one.as_good(tolerance)) / share for name, one in self._duels.items()}
+        risk = max((min(self._risks[name], worse[name]) for name in worse), default=0.0)
+        return 1.0 - min(risk, 1.0)
 
     @cached_property
     def _risks(self) -> dict[str, float]:
@@ -233,11 +223,10 @@ def rank(
     for name, problem in field.items():
         question.check(f"problems[{name!r}]", problem)
     check_alike(question, field)
+    asked = (most, confidence, tolerance)
     with Trials(question, uncertainty, store=store, executor=executor, threads=threads) as trials:
         comparison = Race(field, uncertainty, question)
-        return comparison.run(
-            trials, limit, most, confidence, tolerance, race=race, progress=progress
-        )
+        return comparison.run(trials, limit, *asked, race=race, progress=progress)
 
 
 class Race:
@@ -249,7 +238,6 @@ class Race:
     ) -> None:
         """No draws yet. Raises ValueError on an uncertainty that names what a problem does not
         have, or that is of other bodies in each."""
-        check_uncertainty(uncertainty)
         self._names, self._problems, self._question = list(field), list(field.values()), question
         self.draws = [Draws.joined([]) for _ in field]
         """Draws of each problem, in their order."""
@@ -305,11 +293,9 @@ class Race:
     ) -> Ranking:
         """The race to its end, `most` draws of each candidate, or to the limit; other arguments and
         errors as of `rank`."""
-        complete = True
         tell = progress or (lambda done, total: None)
         for wanted in looks(most):
-            complete = self.draw(wanted, trials, limit)
-            if not complete:
+            if not (complete := self.draw(wanted, trials, limit)):
                 break
             self._require_few_diverged(most)
             tell(self._done, most * len(self.draws))
@@ -332,10 +318,9 @@ class Race:
 
     def _standing(self, candidate: int) -> Standing:
         draws, question = self.draws[candidate], self._question
-        low, high = question.interval(draws)
-        score, racing = question.score(draws), candidate in self._racing
         drawn = (self._names[candidate], draws.values, draws.mean_survival)
-        return Standing(*drawn, score, low, high, draws.steps, racing)
+        score = (question.score(draws), *question.interval(draws))
+        return Standing(*drawn, *score, draws.steps, candidate in self._racing)
 
     def _require_few_diverged(self, rollouts: int | None = None) -> None:
         for name, draws in zip(self._names, self.draws, strict=True):

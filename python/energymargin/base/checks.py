@@ -8,13 +8,14 @@ from __future__ import annotations
 import inspect
 import math
 import os
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 LONGEST = 60  # characters of a value in an error
+Thing = TypeVar("Thing")
 MOST_COUNT, MOST_SEED = 2**31 - 1, 2**64 - 1  # of the core
 
 
@@ -113,19 +114,16 @@ def open_share(name: str, value: float) -> float:
 
 def yes_or_no(name: str, value: bool) -> bool:
     """`value`, if it is a bool; else a ValueError with `name`."""
-    if isinstance(value, (bool, np.bool_)):
-        return bool(value)
-    raise ValueError(f"{name} is {value!r}, expected true or false")
+    require(isinstance(value, (bool, np.bool_)), name, value, "true or false")
+    return bool(value)
 
 
 def function_of(name: str, value: Any, *arguments: str) -> Any:
     """`value`, if it can be called with so many arguments; else a ValueError with `name`."""
-    expected = f"expected a function ({', '.join(arguments)})"
-    if not callable(value):
-        way = ": lambda state, time: problem.with_state(state)" * hasattr(value, "with_state")
-        raise ValueError(
-            f"{name} is {shown(value)}, {expected}{way if 'time' in arguments else ''}"
-        )
+    expected = f"a function ({', '.join(arguments)})"
+    is_problem = hasattr(value, "with_state") and "time" in arguments
+    way = ": lambda state, time: problem.with_state(state)" * is_problem
+    require(callable(value), name, value, expected + way)
     try:
         signature = inspect.signature(value)
     except (TypeError, ValueError):  # of some compiled functions
@@ -133,13 +131,19 @@ def function_of(name: str, value: Any, *arguments: str) -> Any:
     try:
         signature.bind(*arguments)
     except TypeError as error:
-        raise ValueError(f"{name} takes {signature}, {expected}") from error
+        raise ValueError(f"{name} takes {signature}, expected {expected}") from error
     return value
 
 
 def function_or_none(name: str, value: Any, *arguments: str) -> Any:
     """As `function_of`; None is None."""
     return None if value is None else function_of(name, value, *arguments)
+
+
+def require(right: object, name: str, value: object, expected: str) -> None:
+    """Raises a ValueError with `name`, the value and what was expected, unless it is right."""
+    if not right:
+        raise ValueError(with_way(f"{name} is {shown(value)}, expected {expected}"))
 
 
 def one_of(name: str, value: str, choices: Sequence[str]) -> str:
@@ -149,17 +153,22 @@ def one_of(name: str, value: str, choices: Sequence[str]) -> str:
     raise ValueError(f"{name} is {value!r}, expected {' or '.join(map(repr, choices))}")
 
 
+def by_name(name: str, things: Mapping[str, Thing], kind: str) -> Thing:
+    """The thing of a name; KeyError that says which names there are if there is none."""
+    if name not in things:
+        raise KeyError(f"{name!r} is no {kind}; there are: {', '.join(things)}")
+    return things[name]
+
+
 def names_of(name: str, value: Sequence[str]) -> Sequence[str]:
     """`value`, if it is no single name; else a ValueError with `name`."""
-    if isinstance(value, str):
-        raise ValueError(f"{name} is {value!r}, expected a list of names: [{value!r}]")
+    require(not isinstance(value, str), name, value, f"a list of names: [{value!r}]")
     return value
 
 
 def check_type(name: str, value: object, kind: Any, expected: str) -> None:
     """Raises a ValueError with `name` unless the value is of this kind, a type or several."""
-    if not isinstance(value, kind):
-        raise ValueError(with_way(f"{name} is {shown(value)}, expected {expected}"))
+    require(isinstance(value, kind), name, value, expected)
 
 
 def numbers_of(
@@ -172,8 +181,7 @@ def numbers_of(
         right = whole and value is not None  # which would be a NaN
     except (TypeError, ValueError, OverflowError):
         right = False
-    if not right:
-        raise ValueError(f"{name} is {shown(value)}, expected {expected}")
+    require(right, name, value, expected)
     return array
 
 

@@ -9,7 +9,7 @@ import base64
 import io
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, is_dataclass
 from html import escape
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -162,9 +162,15 @@ def html_or_text(self: Any) -> str:
 
 
 class Summarized:
-    """Base of what has a summary, which notebooks show."""
+    """Base of dataclasses that have a summary, which notebooks show; their repr is short."""
 
     _repr_html_ = html_or_text
+
+    def __repr__(self) -> str:
+        """Its fields: a large array by its shape, a long list by its length."""
+        from energymargin.base.reprs import short_repr
+
+        return short_repr(self) if is_dataclass(self) else object.__repr__(self)
 
     def to_markdown(self) -> str:
         """Its summary in Markdown."""

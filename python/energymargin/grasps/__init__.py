@@ -9,49 +9,19 @@ from energymargin.grasps.files import SUFFIXES, read, write
 from energymargin.grasps.frames import FRAMES
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet, ObjectFacts, Source
-from energymargin.grasps.gripping import Grip, grip
-from energymargin.grasps.hands import Hand, HandFile, ParallelGripper
+from energymargin.grasps.hands import PRESETS as HANDS, Hand, HandFile, ParallelGripper
 from energymargin.grasps.limits import GraspLimits, limits
-from energymargin.grasps.presets import PRESETS as HANDS
 from energymargin.grasps.protocols import PRESETS as PROTOCOLS, Motion, Protocol
 from energymargin.grasps.scores import GraspScores
 from energymargin.grasps.scoring import score
+from energymargin.grasps.trials import Grip, grip
 from energymargin.grasps.wrenches import WrenchSpace, wrench_space
 
-__all__ = [
-    "BASELINES",
-    "FRAMES",
-    "HANDS",
-    "LESS_IS_BETTER",
-    "PROTOCOLS",
-    "SUFFIXES",
-    "ComparedScore",
-    "GraspBelief",
-    "GraspCalibration",
-    "GraspComparison",
-    "GraspLimits",
-    "GraspObject",
-    "GraspScores",
-    "GraspSet",
-    "Grip",
-    "Hand",
-    "HandFile",
-    "Motion",
-    "ObjectFacts",
-    "ParallelGripper",
-    "Protocol",
-    "Source",
-    "WrenchSpace",
-    "baselines",
-    "calibrate",
-    "compare",
-    "grip",
-    "limits",
-    "read",
-    "recalibrate",
-    "score",
-    "wrench_space",
-    "write",
-]
+__all__ = ["BASELINES", "FRAMES", "HANDS", "LESS_IS_BETTER", "PROTOCOLS", "SUFFIXES"]
+__all__ += ["ComparedScore", "GraspBelief", "GraspCalibration", "GraspComparison", "GraspLimits"]
+__all__ += ["GraspObject", "GraspScores", "GraspSet", "Grip", "Hand", "HandFile", "Motion"]
+__all__ += ["ObjectFacts", "ParallelGripper", "Protocol", "Source", "WrenchSpace", "baselines"]
+__all__ += ["calibrate", "compare", "grip", "limits", "read", "recalibrate", "score"]
+__all__ += ["wrench_space", "write"]
 
 check_doors(globals(), __all__)

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
 
 from energymargin import Scene, World, force_score
 from energymargin.base.checks import check_type
 from energymargin.base.plausibility import kept_warnings
 from energymargin.grasps.belief import GraspDraw
-from energymargin.grasps.depths import clearance
 from energymargin.grasps.hands import Fitted
-from energymargin.grasps.outcomes import Closed, Grasp
+from energymargin.grasps.outcomes import Closed, Grasp, clearance
 from energymargin.grasps.scores import HELD, MISSING, GraspScores, grasp_of
 from energymargin.grasps.trials import TOUCHING, GraspTrials
 from energymargin.grasps.wrenches import wrench_space
@@ -23,10 +23,8 @@ from energymargin.scenes import pose, shape_parts
 SAMPLES = 4000  # points of an object's surface
 STEP = 1e-4  # m; the way off a face that tells whether another part lies there
 
-BASELINES = (
-    *("epsilon", "volume", "force_score"),
-    *("center_distance", "between", "clearance", "undisturbed"),
-)
+OF_CONTACTS = ("epsilon", "volume", "force_score")
+BASELINES = (*OF_CONTACTS, "center_distance", "between", "clearance", "undisturbed")
 """Names of the columns that `baselines` makes."""
 LESS_IS_BETTER = ("center_distance",)
 """Those of which less is better; `compare` turns them around."""
@@ -74,8 +72,6 @@ def baselines(
 def surface_of(shape: Any, samples: int = SAMPLES, seed: int = 0) -> tuple[Points, float]:
     """Points spread evenly over the surface of a shape, (k, 3) [m], and the area that each stands
     for [m^2]. A face of a convex part that is in another part, or on its face, is no surface."""
-    from scipy.spatial import ConvexHull
-
     hulls = [ConvexHull(corners) for corners in shape_parts(shape)]
     faces = np.concatenate([hull.points[hull.simplices] for hull in hulls])
     of = np.repeat(np.arange(len(hulls)), [len(hull.simplices) for hull in hulls])
@@ -116,36 +112,27 @@ def _grip(trials: GraspTrials, closed: Closed, draw: GraspDraw) -> dict[str, flo
     """What the contacts of a closed hand tell."""
     problem = trials.problem(closed, draw)
     center = trials.object.center
-    contacts = [
-        one
-        for one in World(problem.scene).contacts(closed.state)
-        if "object" in (one.body_a, one.body_b)
-        and {one.body_a, one.body_b} & set(closed.hand.bodies)
-        and one.distance <= TOUCHING
-    ]
-    space = wrench_space(
-        [one.position for one in contacts],
-        [one.normal * (1 if one.body_a == "object" else -1) for one in contacts],
-        [one.friction for one in contacts],
-        center=_moved(center, problem.scene.unpack(closed.state)["object"]),
-        radius=float(np.linalg.norm(trials.object.corners - center, axis=1).max()),
-    )
+    contacts = []
+    for one in World(problem.scene).contacts(closed.state):
+        pair = {one.body_a, one.body_b}
+        if "object" in pair and pair & set(closed.hand.bodies) and one.distance <= TOUCHING:
+            inward = one.normal * (1 if one.body_a == "object" else -1)
+            contacts.append((one.position, inward, one.friction))
+    points, normals, friction = zip(*contacts, strict=True) if contacts else ((), (), ())
+    there = _moved(center, problem.scene.unpack(closed.state)["object"])
+    radius = float(np.linalg.norm(trials.object.corners - center, axis=1).max())
+    space = wrench_space(points, normals, friction, center=there, radius=radius)
     force = force_score(problem.replace(horizon=None, plan=None)).force
     return {"force_score": force, **space._asdict()}
 
 
 def _between(scene: Scene, hand: Fitted, state: NDArray[np.float64], surface: Points) -> int:
     """How many points of the object's surface are in the hull of the fingers."""
-    from scipy.spatial import ConvexHull
-
     bodies = scene.unpack(state)
     shapes = {body.name: body.shape for body in scene.bodies}
-    corners = [
-        _moved(part, bodies[name]) for name in hand.fingers for part in shape_parts(shapes[name])
-    ]
-    points = _moved(surface, bodies["object"])
-    hull = ConvexHull(np.concatenate(corners))
-    return int(np.count_nonzero(_within(hull, points)))
+    parts = [(part, bodies[name]) for name in hand.fingers for part in shape_parts(shapes[name])]
+    hull = ConvexHull(np.concatenate([_moved(*one) for one in parts]))
+    return int(np.count_nonzero(_within(hull, _moved(surface, bodies["object"]))))
 
 
 def _moved(points: Points, body: dict[str, Any]) -> Points:

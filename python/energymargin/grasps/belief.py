@@ -69,11 +69,10 @@ class GraspBelief:
         """All of it, as JSON. Raises ValueError on a distribution that scipy.stats does not have by
         name."""
         given, force = self._given("pose", "friction", "mass"), self.force
-        return ({"relative": True} if self.relative else {}) | {
-            "about": self.about,
-            "of": Uncertainty(**given).to_json() if given else None,
-            "force": None if force is None else Uncertainty(mass=force).to_json(),
-        }
+        known = Uncertainty(**given).to_json() if given else None
+        of_force = None if force is None else Uncertainty(mass=force).to_json()
+        relative = {"relative": True} if self.relative else {}
+        return relative | {"about": self.about, "of": known, "force": of_force}
 
     def draw(
         self, number: int, seed: int, *, friction: float, mass: float, force: float

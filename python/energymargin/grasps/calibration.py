@@ -12,13 +12,11 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from energymargin import Box, Scene, World
-from energymargin.base.checks import check_shape, one_of, positive_number, shown
-from energymargin.base.reprs import Record
-from energymargin.grasps.depths import clearance
+from energymargin.base.checks import check_shape, one_of, positive_number, require
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet
 from energymargin.grasps.hands import Hand, ParallelGripper
-from energymargin.grasps.outcomes import Grasp
+from energymargin.grasps.outcomes import Grasp, clearance
 from energymargin.grasps.protocols import Protocol
 from energymargin.grasps.scores import grasp_of
 from energymargin.grasps.scoring import trials_of
@@ -35,7 +33,7 @@ Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class GraspCalibration(Record, Summarized):
+class GraspCalibration(Summarized):
     """By how much the hand was recorded too far along its approach, by group."""
 
     grasps: tuple[GraspSet, ...]
@@ -86,23 +84,19 @@ def calibrate(
     steps = round(positive_number("largest", largest) / STEP)
     tried: Vector = STEP * np.arange(-steps // 2, steps + 1, dtype=float)
     names = [name for one in sets for name in _groups(one, columns)]
-    each = zip(sets, objects, strict=True)
-    found = np.concatenate(
-        [_possible(one, trials_of(one, hand, thing, protocol), tried) for one, thing in each]
-    )
+    pairs = list(zip(sets, objects, strict=True))
+    trials = [trials_of(one, hand, thing, protocol) for one, thing in pairs]
+    found = np.concatenate([_possible(*one, tried) for one in zip(sets, trials, strict=True)])
     groups, number = np.unique(names, return_inverse=True)
-    chosen = [_offset(found[number == k], tried) for k in range(len(groups))]
-    offsets = np.array([tried[k] for k in chosen])
-    own = np.argmin(np.abs(tried))
+    of_groups = [found[number == k] for k in range(len(groups))]
+    own, chosen = np.argmin(np.abs(tried)), [_offset(each, tried) for each in of_groups]
+    offsets = tried[chosen]
     back = np.split(offsets[number], np.cumsum([len(one) for one in sets])[:-1])
-    return GraspCalibration(
-        tuple(_moved(one, by) for one, by in zip(sets, back, strict=True)),
-        tuple(map(str, groups)),
-        np.bincount(number),
-        offsets,
-        np.array([found[number == k, own].mean() for k in range(len(groups))]),
-        np.array([found[number == k, one].mean() for k, one in enumerate(chosen)]),
-    )
+    moved = tuple(_moved(one, by) for one, by in zip(sets, back, strict=True))
+    before = np.array([each[:, own].mean() for each in of_groups])
+    after = np.array([each[:, k].mean() for each, k in zip(of_groups, chosen, strict=True)])
+    told = tuple(map(str, groups))
+    return GraspCalibration(moved, told, np.bincount(number), offsets, before, after)
 
 
 def recalibrate(
@@ -143,8 +137,8 @@ def recalibrate(
 
 def _shares(name: str, given: ArrayLike) -> Vector:
     array = np.asarray(given, float)
-    if array.ndim != 1 or not ((array >= 0.0) & (array <= 1.0)).all():
-        raise ValueError(f"{name} is {shown(array)}, expected a list of numbers from 0 to 1")
+    right = array.ndim == 1 and ((array >= 0.0) & (array <= 1.0)).all()
+    require(right, name, array, "a list of numbers from 0 to 1")
     return array
 
 

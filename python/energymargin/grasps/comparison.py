@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin.base.checks import check_shape, check_type, whole_number
-from energymargin.base.reprs import Record
 from energymargin.base.table_text import csv_text
 from energymargin.evaluation import DRAWS, Cell, Compared, bootstrap, cell_of
 from energymargin.grasps.baselines import LESS_IS_BETTER, baselines
@@ -24,7 +23,8 @@ HELD = 0.5  # labels of at least this count as held
 FEWEST_OBJECTS = 3  # of a learned score: it learns from two at least
 
 Columns = Mapping[str, ArrayLike]
-Table = dict[str, NDArray[np.float64]]
+Column = NDArray[np.float64]
+Table = dict[str, Column]
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class ComparedScore:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class GraspComparison(Record, Summarized):
+class GraspComparison(Summarized):
     """Scores of grasps beside their labels."""
 
     scores: dict[str, ComparedScore]
@@ -108,12 +108,11 @@ def compare(
     for name, of in {"columns": given, "labels": known}.items():
         if missing := [thing for thing in scores if thing not in of]:
             raise ValueError(f"{name} has nothing of {missing[0]!r}, expected an entry an object")
-    table = _joined(
-        {
-            thing: {LABELS: known[thing], PROBABILITY: one.probabilities, **given[thing]}
-            for thing, one in scores.items()
-        }
-    )
+    tables: dict[str, Columns] = {}
+    for thing, one in scores.items():
+        own = {LABELS: known[thing], PROBABILITY: one.probabilities}
+        tables[thing] = {**own, **given[thing]}
+    table = _joined(tables)
     there = ~(np.isnan(table[LABELS]) | np.isnan(table[PROBABILITY]))
     sizes = [len(one.grasps) for one in scores.values()]
     groups, held = np.repeat(np.arange(len(sizes)), sizes)[there], table.pop(LABELS)[there] >= HELD
@@ -125,18 +124,12 @@ def compare(
     simple = {name: column for name, column in table.items() if name != PROBABILITY}
     if learned and simple and len(np.unique(groups)) >= FEWEST_OBJECTS:
         table |= {LEARNED: learn(simple, held, groups), LEARNED_TOO: learn(table, held, groups)}
-    return GraspComparison(
-        scores=_compared(table, held, groups, draws, seed),
-        objects=tuple(scores),
-        grasps=len(held),
-        held=int(held.sum()),
-        left_out=int((~there).sum()),
-    )
+    compared = _compared(table, held, groups, draws, seed)
+    counts = (len(held), int(held.sum()), int((~there).sum()))
+    return GraspComparison(compared, tuple(scores), *counts)
 
 
-def learn(
-    features: Columns, held: NDArray[np.bool_], groups: NDArray[np.int64]
-) -> NDArray[np.float64]:
+def learn(features: Columns, held: NDArray[np.bool_], groups: NDArray[np.int64]) -> Column:
     """A score of each grasp, (n,), by logistic regression on the grasps of the other groups.
 
     Features count by their ranks within a group, for what is near of one object is far of another.
@@ -173,15 +166,12 @@ def _joined(objects: Mapping[str, Columns]) -> Table:
     names = list(next(iter(objects.values()), ()))
     for thing, columns in objects.items():
         if set(columns) != set(names):
-            raise ValueError(
-                f"columns of {thing!r} are {list(columns)}, expected {names} as before"
-            )
+            of = f"columns of {thing!r} are {list(columns)}"
+            raise ValueError(f"{of}, expected {names} as before")
         for name, column in columns.items():
             check_shape(f"{name} of {thing!r}", np.asarray(column), np.shape(columns[PROBABILITY]))
-    return {
-        name: np.concatenate([np.asarray(own[name], dtype=float) for own in objects.values()])
-        for name in names
-    }
+    parts = {name: [np.asarray(own[name], float) for own in objects.values()] for name in names}
+    return {name: np.concatenate(each) for name, each in parts.items()}
 
 
 def _compared(
@@ -204,19 +194,19 @@ def _compared(
             within = right.sum() / pairs.sum()
             drawn_within = (weights @ right) / (weights @ pairs) if not of_one else drawn_aucs
         ahead = found[PROBABILITY].cell.auc - cell.auc if found else 0.0
-        found[name] = ComparedScore(
-            *(cell, float(within), bootstrap.central(drawn_within)),
-            *(ahead, bootstrap.central(first - drawn_aucs) if found else None),
-        )
+        interval = bootstrap.central(first - drawn_aucs) if found else None
+        apart = (float(within), bootstrap.central(drawn_within))
+        found[name] = ComparedScore(cell, *apart, ahead, interval)
     return found
 
 
 def _pairs(values: Any, held: Any, groups: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """By group, how many pairs of a held and a lost grasp the values put right, and all pairs."""
-    right, pairs = [], []
+    rows = []
     for group in np.unique(groups):
         own = groups == group
         one, other = values[own & held][:, None], values[own & ~held]
-        right.append((one > other).sum() + 0.5 * (one == other).sum())
-        pairs.append(one.size * other.size)
-    return np.array(right, dtype=float), np.array(pairs, dtype=float)
+        right = (one > other).sum() + 0.5 * (one == other).sum()
+        rows.append((right, one.size * other.size))
+    right, pairs = np.array(rows, dtype=float).T
+    return right, pairs

@@ -14,26 +14,13 @@ from numpy.typing import ArrayLike
 
 from energymargin.base.checks import check_type, numbers_of, positive_number, shown
 from energymargin.base.replacing import replaced
-from energymargin.grasps import files_csv, files_hdf5, files_json, files_yaml
-from energymargin.grasps.content import Content
+from energymargin.grasps import files_csv, files_hdf5, files_json, files_yaml, grasp_set
 from energymargin.grasps.frames import grasp_frame, pose
-from energymargin.grasps.grasp_set import (
-    UNKNOWN,
-    Column,
-    GraspSet,
-    ObjectFacts,
-    Poses,
-    Source,
-    check_poses,
-)
-from energymargin.grasps.shards import is_shard
+from energymargin.grasps.grasp_set import Column, Content, GraspSet, ObjectFacts, Poses, Source
 
-WRITERS: dict[str, Any] = {
-    **dict.fromkeys((".h5", ".hdf5"), files_hdf5),
-    ".json": files_json,
-    **dict.fromkeys((".yaml", ".yml"), files_yaml),
-    **dict.fromkeys((".csv", ".txt", ".tsv"), files_csv),
-}
+WRITERS: dict[str, Any] = {".h5": files_hdf5, ".hdf5": files_hdf5, ".json": files_json}
+WRITERS |= {".yaml": files_yaml, ".yml": files_yaml}
+WRITERS |= {".csv": files_csv, ".txt": files_csv, ".tsv": files_csv}
 """By the end of a file's name."""
 SUFFIXES = tuple(WRITERS)
 """Ends of names that `write` takes."""
@@ -46,6 +33,8 @@ UNREAD = {
     b"MATLAB 5.0": "a file of Matlab",
 }
 """By their first bytes, formats that are named."""
+PACKED = (b"\x1f\x8b", b"BZh", b"\xfd7zXZ")
+"""First bytes of files of gzip, bzip2 and xz."""
 YAML = re.compile(rb"(\s|#.*\n|---)*(- +[\w\"']+ *:|[\w\"']+ *:\s*[\w\"'\[{-])")
 """The start of a YAML file: an entry of a list or of a mapping."""
 OURS, SCORE, RECORDED = "energymargin/", "probability", "energymargin/recorded"
@@ -73,8 +62,7 @@ def read(
         object: the pose of the object in the frame of the file's poses, if that is a board's or
             the world's; or a CSV file of poses with columns that tell whose they are, as
             layout,object. None: the file's poses are in the object's frame.
-        where: values, or lists of values, by column: other rows are left out. `object` chooses
-            that of a tar file.
+        where: values, or lists of values, by column: other rows are left out.
         scale: what makes metres of the file's lengths.
 
     A pose is a matrix (4, 4), or x, y, z [m] and a unit quaternion x, y, z, w.
@@ -87,7 +75,7 @@ def read(
     if not path.is_file():
         raise FileNotFoundError(f"path is {str(path)!r}, and there is no such file")
     try:
-        return _grasps(path, _chosen(_content(path, where), where), frame, object, scale)
+        return _grasps(path, _chosen(_content(path), where), frame, object, scale)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
 
@@ -140,15 +128,17 @@ def write(
         module.write(file, content)
 
 
-def _content(path: Path, where: Mapping[str, Any]) -> Content:
+def _content(path: Path) -> Content:
     """The content of a file of any format."""
     with path.open("rb") as file:
         start = file.read(65536)
     if start.startswith(b"\x89HDF\r\n\x1a\n"):
         return files_hdf5.read(path)
-    _require_known(start)
-    if is_shard(path):
-        return files_json.read_shard(path, where)
+    for magic, name in UNREAD.items():
+        if start.startswith(magic):
+            raise ValueError(f"is {name}, which is not read: {files_yaml.OF_POSES}")
+    if start.startswith(PACKED) or start[257:262] == b"ustar":
+        raise ValueError("is a packed file or a tar file, which is not read: unpack it (tar -xf)")
     if start.lstrip(b"\xef\xbb\xbf \t\r\n").startswith((b"{", b"[")):
         return files_json.read(path)
     if re.search(rb"^(format|grasps)\s*:", start, re.MULTILINE):
@@ -156,13 +146,6 @@ def _content(path: Path, where: Mapping[str, Any]) -> Content:
     if YAML.match(start):
         raise ValueError(files_yaml.OTHER)
     return files_csv.read(path)
-
-
-def _require_known(start: bytes) -> None:
-    """Raises ValueError on the start of a file in a format that is not read, with the way out."""
-    for magic, name in UNREAD.items():
-        if start.startswith(magic):
-            raise ValueError(f"is {name}, which is not read: {files_yaml.OF_POSES}")
 
 
 def _chosen(content: Content, where: Mapping[str, Any]) -> Content:
@@ -178,10 +161,8 @@ def _chosen(content: Content, where: Mapping[str, Any]) -> Content:
             wanted, column = wanted.astype(str), column.astype(str)
         before, rows = rows, rows & np.isin(column, wanted)
         if not rows.any():
-            some = shown([*dict.fromkeys(column[before].tolist())])
-            raise ValueError(
-                f"where has {value!r} for {key!r}, and no such row; it is one of {some}"
-            )
+            some = f"it is one of {shown([*dict.fromkeys(column[before].tolist())])}"
+            raise ValueError(f"where has {value!r} for {key!r}, and no such row; {some}")
     columns = {name: column[rows] for name, column in content.columns.items()}
     chosen = tuple(names[rows].tolist())
     return replace(content, poses=content.poses[rows], columns=columns, names=chosen)
@@ -194,10 +175,10 @@ def _grasps(path: Path, content: Content, frame: Any, object: Any, scale: float)
     told = content.header.get("gripper_frame", content.header.get("gripper_frame_link"))
     hand = grasp_frame(usual, content.format, told)
     stands, said = object_poses(object, content)
-    check_poses("the pose", content.poses, content.names)
+    grasp_set.check_poses("the pose", content.poses, content.names)
     columns = dict(content.columns)
-    names = (content.label, content.opening)
-    labels, openings = (numbers_of(k, columns.pop(k)) if k else UNKNOWN for k in names)
+    names, none = (content.label, content.opening), grasp_set.UNKNOWN
+    labels, openings = (numbers_of(k, columns.pop(k)) if k else none for k in names)
     poses = np.linalg.inv(stands) @ _scaled(content.poses, scale) @ hand
     source = Source(path, content.format, hand, scale, *names, content.header)
     facts = facts_of(path, said)
@@ -247,10 +228,9 @@ def object_poses(given: Any, content: Content) -> tuple[Poses, Mapping[str, Any]
     """
     n = len(content.poses)
     if given is None and content.format == files_csv.GRASPA:
-        raise ValueError(
-            "object is None, and GRASPA has poses in the frame of a board, expected the object's "
-            "pose there, or a CSV file of them with the columns layout and object"
-        )
+        way = "expected the object's pose there, or a CSV file of them with the columns layout and"
+        none = "object is None, and GRASPA has poses in the frame of a board"
+        raise ValueError(f"{none}, {way} object")
     if not isinstance(given, (str, os.PathLike)):
         matrix = np.eye(4) if given is None else pose("object", given)
         return np.broadcast_to(matrix, (n, 4, 4)), content.object

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.grasps.content import Content, plain, poses_of, quaternions_of
-from energymargin.grasps.grasp_set import Column
+from energymargin.grasps.frames import poses_of, quaternions_of
+from energymargin.grasps.grasp_set import Column, Content, plain
 
 FORMAT, FRAME, GRASPA = "CSV", "grasp", "GRASPA"
 LABEL, OPENING, NAME = "label", "opening", "name"
@@ -38,9 +38,9 @@ SPELLINGS: dict[str, tuple[str, ...]] = {
 WORDS = {"true": "1", "yes": "1", "false": "0", "no": "0", "": "nan"}
 EXPECTED = (
     "a table whose first line names x, y, z with qx, qy, qz, qw or m00 to m33, and opening, label, "
-    "name if there are any, or else HDF5 of ACRONYM, JSON of GraspGen or a tar file of it, or YAML "
-    "of isaac_grasp; angles such as roll, pitch, yaw are not read. em.grasps.GraspSet(poses) takes "
-    "matrices (n, 4, 4) of any source"
+    "name if there are any, or else HDF5 of ACRONYM, JSON of GraspGen or YAML of isaac_grasp; "
+    "angles such as roll, pitch, yaw are not read. em.grasps.GraspSet(poses) takes matrices "
+    "(n, 4, 4) of any source"
 )
 
 
@@ -83,10 +83,8 @@ def write(path: Path, content: Content) -> None:
     values = {key: content.poses[:, row, column] for key, (row, column) in ENTRIES.items()}
     values |= dict(zip(QUATERNION, quaternions_of(content.poses).T, strict=True))
     values[NAME] = np.array(content.names)
-    table: dict[str, Column] = {
-        **content.columns,
-        **{cell: values[key] for key, cell in layout.places.items() if key in values},
-    }
+    table: dict[str, Column] = dict(content.columns)
+    table |= {cell: values[key] for key, cell in layout.places.items() if key in values}
     cells = (*layout.cells, *(name for name in table if name not in layout.cells))
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, delimiter=layout.delimiter, lineterminator="\n")
@@ -101,15 +99,13 @@ def _layout(first: Sequence[str], delimiter: str) -> CsvLayout:
     if numbers and len(first) == len(MATRIX):
         return CsvLayout(tuple(MATRIX), {name: name for name in MATRIX}, delimiter, header=False)
     if numbers and first:
-        raise ValueError(
-            f"has {len(first)} numbers in its first line, which do not say what they are; give it "
-            "a first line of names, as x,y,z,qx,qy,qz,qw, or x,y,z,qw,qx,qy,qz"
-        )
+        said = f"has {len(first)} numbers in its first line, which do not say what they are"
+        way = "give it a first line of names, as x,y,z,qx,qy,qz,qw, or x,y,z,qw,qx,qy,qz"
+        raise ValueError(f"{said}; {way}")
     bare = [re.sub("[^a-z0-9]", "", cell.lower()).removeprefix("pose") for cell in first]
     if twice := [cell for cell in first if first.count(cell) > 1]:
-        raise ValueError(
-            f"the header has {twice[0]!r} {len(twice)} times, expected names that differ"
-        )
+        said = f"the header has {twice[0]!r} {len(twice)} times"
+        raise ValueError(f"{said}, expected names that differ")
     places: dict[str, str] = {}
     for key, spellings in SPELLINGS.items():
         found = [first[k] for name in spellings for k, word in enumerate(bare) if word == name]
@@ -124,24 +120,20 @@ def _layout(first: Sequence[str], delimiter: str) -> CsvLayout:
 
 def _content(cells: dict[str, tuple[str, ...]], layout: CsvLayout) -> Content:
     places = layout.places
-    numbers = {
-        key: _numbers(cell, cells.get(cell, ())) for key, cell in places.items() if key != NAME
-    }
+    named = {key: cell for key, cell in places.items() if key != NAME}
+    numbers = {key: _numbers(cell, cells.get(cell, ())) for key, cell in named.items()}
     poses = np.tile(np.eye(4), (len(next(iter(numbers.values()))), 1, 1))
     for key, (row, column) in ENTRIES.items():
         if key in numbers:
             poses[:, row, column] = numbers[key]
     if "qx" in places:
         poses = poses_of(poses[:, :3, 3], np.stack([numbers[key] for key in QUATERNION], axis=1))
-    special = {key: places[key] for key in (LABEL, OPENING) if key in places}
-    others = [name for name in cells if name not in places.values()]
-    columns = {name: _column(cells[name]) for name in others}
-    columns |= {name: numbers[key] for key, name in special.items()}
+    columns = {name: _column(cells[name]) for name in cells if name not in places.values()}
+    columns |= {places[key]: numbers[key] for key in (LABEL, OPENING) if key in places}
     names = cells.get(places.get(NAME, ""), ())
-    label, opening = (special.get(key, "") for key in (LABEL, OPENING))
+    special = (places.get(LABEL, ""), places.get(OPENING, ""))
     format, frame = (GRASPA, "panda_tcp") if {*cells} >= OF_GRASPA else (FORMAT, FRAME)
-    header = {"layout": layout}
-    return Content(format, poses, columns, names, {}, header, label, opening, frame)
+    return Content(format, poses, columns, names, {}, {"layout": layout}, *special, frame)
 
 
 def _numbers(name: str, cells: Sequence[str]) -> NDArray[np.float64]:
@@ -151,9 +143,8 @@ def _numbers(name: str, cells: Sequence[str]) -> NDArray[np.float64]:
         try:
             numbers[k] = float(WORDS.get(cell.lower(), cell))
         except ValueError:
-            raise ValueError(
-                f"{name} is {cell!r} in row {k + 1}, expected a number, as 0.05"
-            ) from None
+            said = f"{name} is {cell!r} in row {k + 1}"
+            raise ValueError(f"{said}, expected a number, as 0.05") from None
     return numbers
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from energymargin.base import hdf5
 from energymargin.base.checks import numbers_of
-from energymargin.grasps.content import Content, column_of
+from energymargin.grasps.grasp_set import Content, column_of
 
 FORMAT, FRAME = "ACRONYM", "franka_panda"
 LABEL = "flex/object_in_gripper"

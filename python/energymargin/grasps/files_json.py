@@ -1,17 +1,14 @@
-"""JSON files of GraspGen, alone or as the members of a tar file (a shard of its data set)."""
+"""JSON files of GraspGen."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from energymargin.base.checks import numbers_of
-from energymargin.grasps.content import Content, column_of, flat, nested, plain
-from energymargin.grasps.shards import member_of
+from energymargin.grasps.grasp_set import Content, column_of, flat, nested, plain
 
 FORMAT, FRAME = "GraspGen", None
 LABEL = "object_in_gripper"
@@ -20,39 +17,8 @@ EXPECTED = '{"object": {"file", "scale"}, "grasps": {"transforms", "object_in_gr
 
 def read(path: Path) -> Content:
     """The grasps of a JSON file. Raises ValueError if it holds something else."""
-    return _content(path.read_bytes())
-
-
-def read_shard(path: Path, where: Mapping[str, Any]) -> Content:
-    """The grasps of one object of a tar file: the only one, or where["object"]."""
-    wanted = where.get("object")
-    name, text = member_of(path, None if wanted is None else str(wanted))
-    content = _content(text)
-    content.columns["object"] = np.full(len(content.poses), name)
-    return content
-
-
-def write(path: Path, content: Content) -> None:
-    """A file as GraspGen's; its success field has true and false."""
-    columns = dict(content.columns)
-    if LABEL in columns:
-        held = columns[LABEL].astype(float)
-        if np.isnan(held).any():
-            raise ValueError(
-                "the label of some grasps is not known, expected true or false for GraspGen; write "
-                "grasps[~np.isnan(grasps.labels)], or give scores"
-            )
-        columns[LABEL] = held >= 0.5
-    grasps = {"transforms": content.poses.tolist()}
-    grasps |= nested({name: plain(column) for name, column in columns.items()})
-    whole = {"object": dict(content.object), **content.header}
-    whole["grasps"] = {**whole.get("grasps", {}), **grasps}
-    path.write_text(json.dumps(whole), encoding="utf-8")
-
-
-def _content(text: bytes) -> Content:
     try:
-        whole = json.loads(text)
+        whole = json.loads(path.read_bytes())
     except (ValueError, RecursionError) as error:
         raise ValueError(f"is no whole JSON file: {error}") from error
     grasps = whole.get("grasps") if isinstance(whole, dict) else None
@@ -64,8 +30,22 @@ def _content(text: bytes) -> Content:
     columns = {name: column_of(entries.pop(name)) for name in rows}
     if LABEL in entries:
         raise ValueError(f"grasps.{LABEL} is not a list of {len(poses)} values, as transforms is")
-    said = whole.get("object")
-    header = {**whole, "grasps": nested(entries)}
-    label = LABEL if LABEL in columns else ""
-    said = said if isinstance(said, dict) else {}
+    said = whole["object"] if isinstance(whole.get("object"), dict) else {}
+    header, label = {**whole, "grasps": nested(entries)}, LABEL if LABEL in columns else ""
     return Content(FORMAT, poses, columns, (), said, header, label)
+
+
+def write(path: Path, content: Content) -> None:
+    """A file as GraspGen's; its success field has true and false."""
+    columns = dict(content.columns)
+    if LABEL in columns:
+        held = columns[LABEL].astype(float)
+        if np.isnan(held).any():
+            said = "the label of some grasps is not known, expected true or false for GraspGen"
+            raise ValueError(f"{said}; write grasps[~np.isnan(grasps.labels)], or give scores")
+        columns[LABEL] = held >= 0.5
+    grasps = {"transforms": content.poses.tolist()}
+    grasps |= nested({name: plain(column) for name, column in columns.items()})
+    whole = {"object": dict(content.object), **content.header}
+    whole["grasps"] = {**whole.get("grasps", {}), **grasps}
+    path.write_text(json.dumps(whole), encoding="utf-8")

@@ -9,15 +9,8 @@ import numpy as np
 
 from energymargin.base.checks import numbers_of, shown
 from energymargin.base.errors import needs_extra
-from energymargin.grasps.content import (
-    Content,
-    column_of,
-    flat,
-    nested,
-    plain,
-    poses_of,
-    quaternions_of,
-)
+from energymargin.grasps.frames import poses_of, quaternions_of
+from energymargin.grasps.grasp_set import Content, column_of, flat, nested, plain
 
 FORMAT, FRAME = "isaac_grasp", None
 LABEL = "confidence"
@@ -62,10 +55,9 @@ def read(path: Path) -> Content:
     columns = {key: column_of([row.get(key) for row in rows]) for key in keys}
     header = {key: value for key, value in whole.items() if key != "grasps"}
     said = {k.removeprefix("object_"): v for k, v in header.items() if k.startswith("object_")}
-    return Content(
-        *(FORMAT, poses_of(places[:, :3], places[:, 3:]), columns, tuple(map(str, grasps))),
-        *(said, header, LABEL if LABEL in columns else ""),
-    )
+    label, names = LABEL if LABEL in columns else "", tuple(map(str, grasps))
+    poses = poses_of(places[:, :3], places[:, 3:])
+    return Content(FORMAT, poses, columns, names, said, header, label)
 
 
 def write(path: Path, content: Content) -> None:

@@ -1,13 +1,13 @@
-"""Frames of hands: where the grasp frame is in them."""
+"""Poses from numbers, and frames of hands: where the grasp frame is in them."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
 
-from energymargin.base.checks import numbers_of
-from energymargin.grasps.content import poses_of
-from energymargin.grasps.grasp_set import check_poses
+from energymargin.base.checks import numbers_of, require, shown
+from energymargin.grasps.grasp_set import ROUNDED, Poses, check_poses
 
 Pose = NDArray[np.float64]
 PADS = 0.1034  # m, from a Panda hand's frame to the middle of its pads, which are .0946 to .1122
@@ -32,9 +32,8 @@ FRAMES: dict[str, Pose] = {
 """The grasp frame in known frames of hands: the grasp frame itself; the Panda of ACRONYM and
 GraspGen and the Robotiqs of GraspGen, open, whose fingers open along x; Franka's own hand and its
 tool centre point, whose fingers open along y."""
-EXPECTED = (
-    f"expected {', '.join(map(repr, FRAMES))}, a distance along the approach z [m], or a pose"
-)
+NAMES = ", ".join(map(repr, FRAMES))
+EXPECTED = f"{NAMES}, a distance along the approach z [m], or a pose"
 
 
 def grasp_frame(frame: ArrayLike | str | None, format: str, hand: object = None) -> Pose:
@@ -43,8 +42,8 @@ def grasp_frame(frame: ArrayLike | str | None, format: str, hand: object = None)
     `hand` is what a file of the format says of its hand.
     """
     if frame is None:
-        said = f" (here {hand!r})" if hand else ""
-        raise ValueError(f"frame is None, and poses of {format} are of any hand{said}; {EXPECTED}")
+        said = f"poses of {format} are of any hand{f' (here {hand!r})' if hand else ''}"
+        raise ValueError(f"frame is None, and {said}; expected {EXPECTED}")
     return frame_in_hand(frame)
 
 
@@ -52,8 +51,7 @@ def frame_in_hand(frame: ArrayLike | str) -> Pose:
     """The grasp frame in the frame of a hand, (4, 4): by a name, a distance along z, or a pose;
     ValueError if that is none."""
     if isinstance(frame, str):
-        if frame not in FRAMES:
-            raise ValueError(f"frame is {frame!r}, {EXPECTED}")
+        require(frame in FRAMES, "frame", frame, EXPECTED)
         return FRAMES[frame]
     if np.ndim(frame) == 0:
         return _hand(float(numbers_of("frame", frame, EXPECTED, ())), opens_along_y=False)
@@ -68,3 +66,27 @@ def pose(name: str, value: ArrayLike) -> Pose:
     matrix = poses_of(numbers[None, :3], numbers[None, 3:]) if shape == (7,) else numbers[None]
     check_poses(f"the pose {name}", matrix, [name])
     return np.asarray(matrix[0])
+
+
+def poses_of(positions: NDArray[np.float64], quaternions: NDArray[np.float64]) -> Poses:
+    """Poses (n, 4, 4) from positions (n, 3) and unit quaternions x, y, z, w (n, 4).
+
+    Raises ValueError that names the first row, from 1 on, whose quaternion has another norm.
+    """
+    norms = np.linalg.norm(quaternions, axis=1)
+    right = np.abs(norms - 1) <= ROUNDED
+    if not right.all():
+        k = int(np.argmin(right))
+        given = f"{shown(tuple(quaternions[k].tolist()))} (x, y, z, w) with the norm {norms[k]:.4g}"
+        way = "expected 1: are its columns the ones that are meant?"
+        raise ValueError(f"the quaternion of grasp {k + 1} is {given}, {way}")
+    poses = np.tile(np.eye(4), (len(positions), 1, 1))
+    poses[:, :3, 3] = positions
+    if len(poses):
+        poses[:, :3, :3] = Rotation.from_quat(quaternions).as_matrix()
+    return poses
+
+
+def quaternions_of(poses: Poses) -> NDArray[np.float64]:
+    """Quaternions x, y, z, w with w >= 0, shape (n, 4)."""
+    return np.asarray(Rotation.from_matrix(poses[:, :3, :3]).as_quat(canonical=True))

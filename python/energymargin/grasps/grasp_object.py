@@ -1,7 +1,11 @@
-"""What is gripped: its shape, mass and friction."""
+"""What is gripped: its shape, mass and friction; shapes travel to other processes as the calls that
+make them again."""
 
 from __future__ import annotations
 
+import copyreg
+import hashlib
+import pickle
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -10,11 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+import energymargin as em
 from energymargin import Inertial, Scene, World, mass_properties
-from energymargin.base.checks import not_negative_number, positive_number
+from energymargin.base.checks import not_negative_number, positive_number, require
 from energymargin.grasps.grasp_set import ObjectFacts
-from energymargin.grasps.shapes import digest
-from energymargin.scenes import shape_parts
+from energymargin.scenes import from_urdf, shape_parts
 
 HEAVY = 50.0  # kg; what no hand lifts
 
@@ -43,9 +47,8 @@ class GraspObject:
         positive_number("mass", self.mass)
         not_negative_number("friction", self.friction)
         if self.mass > HEAVY:
-            raise ValueError(
-                f"mass is {self.mass:g} kg, expected at most {HEAVY:g} kg: grams take 0.001"
-            )
+            most = f"expected at most {HEAVY:g} kg: grams take 0.001"
+            raise ValueError(f"mass is {self.mass:g} kg, {most}")
         scene = Scene()
         scene.add_body("object", self.shape, mass=self.mass, inertial=self.inertial)
         World(scene)  # warns of a mass that cannot be, as one in grams
@@ -82,18 +85,13 @@ class GraspObject:
         Raises ValueError unless a mesh has either a mass or a density, on a URDF of several links,
         and OSError on the file.
         """
-        from energymargin import mesh
-        from energymargin.scenes import from_urdf
-
         if Path(path).suffix.lower() == ".urdf":
-            if scale != 1.0:
-                raise ValueError(f"scale is {scale}, expected none with a URDF, which has its own")
+            require(scale == 1.0, "scale", scale, "none with a URDF, which has its own")
             bodies = from_urdf(path, base="free", role="object", density=density, **options).bodies
             if len(bodies) != 1:
-                raise ValueError(
-                    f"path is {str(path)!r}, which has {len(bodies)} links that move, expected "
-                    "one: a grasp is of one rigid object"
-                )
+                which = f"which has {len(bodies)} links that move"
+                expected = "expected one: a grasp is of one rigid object"
+                raise ValueError(f"path is {str(path)!r}, {which}, {expected}")
             (body,) = bodies
             given = body.friction if friction is None else friction
             if density is not None:
@@ -102,10 +100,9 @@ class GraspObject:
                 return GraspObject(body.shape, body.mass, given, body.inertial)
             return GraspObject(body.shape, mass, given)
         if (mass is None) == (density is None):
-            raise ValueError(
-                f"mass is {mass} and density is {density}, expected one: [kg] or [kg/m^3]"
-            )
-        shape = mesh(path, scale=scale, **options)
+            both = f"mass is {mass} and density is {density}"
+            raise ValueError(f"{both}, expected one: [kg] or [kg/m^3]")
+        shape = em.mesh(path, scale=scale, **options)
         if mass is None:
             mass = positive_number("density", density or 0.0) * mass_properties(shape).volume
         return GraspObject(shape, mass, 0.5 if friction is None else friction)
@@ -138,18 +135,12 @@ class GraspObject:
         said = ObjectFacts() if facts is None else facts
         path = said.mesh if mesh is None else Path(mesh)
         if path is None:
-            raise ValueError(
-                "mesh is None, and the file of grasps names none: expected a mesh or a URDF"
-            )
+            none = "mesh is None, and the file of grasps names none"
+            raise ValueError(f"{none}: expected a mesh or a URDF")
         own = mass is None and density is None
-        known = GraspObject.load(
-            path,
-            mass=said.mass if own else mass,
-            density=density,
-            friction=said.friction if friction is None else friction,
-            scale=said.scale if scale is None else scale,
-            **options,
-        )
+        options |= {"mass": said.mass if own else mass, "density": density}
+        options["friction"] = said.friction if friction is None else friction
+        known = GraspObject.load(path, scale=said.scale if scale is None else scale, **options)
         if not own or (said.com is None and said.inertia is None):
             return known
         even = known.inertial or mass_properties(known.shape, known.mass)
@@ -179,3 +170,36 @@ class GraspObject:
         """What it is, as JSON."""
         own = {"shape": digest(self.shape), "mass": self.mass, "friction": self.friction}
         return own if self.inertial is None else own | {"inertial": digest(self.inertial)}
+
+
+FIELDS: dict[Any, tuple[str, ...]] = {
+    em.Box: ("size",),
+    em.Sphere: ("radius",),
+    **dict.fromkeys((em.Cylinder, em.Capsule), ("radius", "length")),
+    em.ConvexHull: ("points",),
+    em.Part: ("shape", "position", "orientation"),
+    em.MassProperties: ("volume", "center", "moments", "axes"),
+    em.Inertial: ("center", "moments", "axes"),
+    em.Compound: ("parts", "solid"),
+}
+"""By kind, what it is made of, in the order of its arguments."""
+
+
+def _reduced(one: Any) -> tuple[Any, tuple[Any, ...]]:
+    """The call that makes a shape again, and its arguments, of plain numbers."""
+    given = [getattr(one, name) for name in FIELDS[type(one)]]
+    make = _inertial if isinstance(one, em.Inertial) else type(one)
+    return make, tuple(value.tolist() if hasattr(value, "tolist") else value for value in given)
+
+
+def _inertial(center: list[float], moments: list[float], axes: list[float]) -> em.Inertial:
+    return em.Inertial(center, inertia=moments, axes=axes)
+
+
+for kind in FIELDS:
+    copyreg.pickle(kind, _reduced)
+
+
+def digest(shape: Any) -> str:
+    """A text that is the same for equal shapes alone."""
+    return hashlib.sha256(pickle.dumps(shape, protocol=4)).hexdigest()

@@ -1,4 +1,7 @@
-"""Grasps of an object: where the hand is, how far it is open, and what became of each."""
+"""Grasps of an object: where the hand is, how far it is open, and what became of each.
+
+`Content` is what a file of them says, in its own frames and units.
+"""
 
 from __future__ import annotations
 
@@ -103,14 +106,12 @@ class GraspSet(Record):
         way = "lengths are in m: a file in mm needs scale=0.001"
         far = float(np.median(np.linalg.norm(self.poses[:, :3, 3], axis=1)))
         if far > FARTHEST:
-            raise ValueError(
-                f"the hand is {far:.4g} m from the object's frame in the median, expected at most "
-                f"{FARTHEST:g} m; {way}; poses in another frame need object="
-            )
-        for what, column, most, expected in (
-            ("the opening", self.openings, WIDEST, f"0 to {WIDEST:g} m; {way}"),
-            ("the label", self.labels, 1.0, "0 (lost) to 1 (held)"),
-        ):
+            said = f"the hand is {far:.4g} m from the object's frame in the median"
+            way = f"{way}; poses in another frame need object="
+            raise ValueError(f"{said}, expected at most {FARTHEST:g} m; {way}")
+        ranges = {"the opening": (self.openings, WIDEST, f"0 to {WIDEST:g} m; {way}")}
+        ranges["the label"] = (self.labels, 1.0, "0 (lost) to 1 (held)")
+        for what, (column, most, expected) in ranges.items():
             _require(what, ~((column < 0) | (column > most)), column, self.names, expected)
 
     def __len__(self) -> int:
@@ -121,12 +122,9 @@ class GraspSet(Record):
         """The grasps of a number, a mask, numbers or a slice."""
         chosen = np.atleast_1d(np.arange(len(self))[rows])
         arrays = ("poses", "openings", "labels", "object_poses")
-        return replace(
-            self,
-            **{name: getattr(self, name)[chosen] for name in arrays},
-            names=tuple(self.names[k] for k in chosen),
-            columns={name: column[chosen] for name, column in self.columns.items()},
-        )
+        parts: dict[str, Any] = {name: getattr(self, name)[chosen] for name in arrays}
+        parts["columns"] = {name: column[chosen] for name, column in self.columns.items()}
+        return replace(self, names=tuple(self.names[k] for k in chosen), **parts)
 
 
 def check_poses(what: str, poses: Poses, names: Sequence[str]) -> None:
@@ -157,3 +155,62 @@ def _require(what: str, right: Any, values: Any, names: Sequence[str], expected:
         others = f" (as are {(~right).sum() - 1} more)" if (~right).sum() > 1 else ""
         value = shown(values[k].tolist())
         raise ValueError(f"{what} of grasp {names[k]!r} is {value}{others}, expected {expected}")
+
+
+@dataclass(frozen=True, eq=False)
+class Content:
+    """n rows, and what is not of a row."""
+
+    format: str
+    poses: Poses
+    """Shape (n, 4, 4)."""
+    columns: dict[str, Column] = field(default_factory=dict)
+    """By name, each of length n; labels and openings too. "a/b" is b within a."""
+    names: tuple[str, ...] = ()
+    object: Mapping[str, Any] = field(default_factory=dict)
+    """What is said of the object: file, scale, mass, com, inertia, friction."""
+    header: Mapping[str, Any] = field(default_factory=dict)
+    label: str = ""
+    opening: str = ""
+    frame: str | None = None
+    """The frame of the hand, by name, if all files of the format have the same."""
+
+
+def column_of(values: Sequence[Any]) -> Column:
+    """Values of n rows as an array (n, ...) of numbers or text, or else (n,) of objects."""
+    try:
+        column = np.asarray(values)
+    except ValueError:  # of several lengths
+        column = np.empty(0, object)
+    if column.dtype.kind not in "biufU":
+        column = np.empty(len(values), object)
+        column[:] = values
+    return column
+
+
+def plain(column: Column) -> list[Any]:
+    """Values of Python, None for NaN."""
+    if column.dtype.kind == "f" and column.ndim == 1 and np.isnan(column).any():
+        column = np.where(np.isnan(column), np.array(None), column)
+    return list(column.tolist())
+
+
+def flat(entries: Mapping[Any, Any], prefix: str = "") -> dict[str, Any]:
+    """Entries by name, b within a as "a/b"."""
+    found: dict[str, Any] = {}
+    for key, value in entries.items():
+        name = f"{prefix}{key}"
+        found |= flat(value, f"{name}/") if isinstance(value, dict) else {name: value}
+    return found
+
+
+def nested(entries: Mapping[str, Any]) -> dict[str, Any]:
+    """What `flat` was given."""
+    whole: dict[str, Any] = {}
+    for name, value in entries.items():
+        *outer, last = name.split("/")
+        place = whole
+        for key in outer:
+            place = place.setdefault(key, {})
+        place[last] = value
+    return whole

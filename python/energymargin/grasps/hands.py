@@ -1,4 +1,4 @@
-"""Hands that grasp: a parallel gripper by numbers, or any hand of a file.
+"""Hands that grasp: a parallel gripper by numbers or by name, or any hand of a file.
 
 A hand's **grasp frame** is where a grasp's pose puts it: its origin is midway between the pads, z
 is the approach, and the fingers open along x.
@@ -18,13 +18,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin import Box, Compound, Joint, Mimic, Pad, Part, Scene, Surface, Tendon
-from energymargin.base.checks import (
-    check_type,
-    not_negative_number,
-    numbers_of,
-    positive_number,
-)
+from energymargin import Box, Compound, Joint, Mimic, Pad, Part, Scene, Surface, Tendon, scenes
+from energymargin.base import checks
+from energymargin.base.checks import numbers_of, positive_number, require
 from energymargin.base.plausibility import kept_warnings
 from energymargin.grasps.frames import FRAMES, frame_in_hand, pose
 
@@ -124,13 +120,10 @@ class ParallelGripper(Hand):
         for name in ("opening", "force", "finger", "thickness", "mass", "speed"):
             positive_number(name, getattr(self, name))
         for name in ("friction", "torsional_friction"):
-            not_negative_number(name, getattr(self, name))
+            checks.not_negative_number(name, getattr(self, name))
         if self.pads is not None:
-            check_type("pads", self.pads, Pad, "an em.Pad, or None")
-        if self.opening > 1:
-            raise ValueError(
-                f"opening is {self.opening:g} m, expected at most 1 m: lengths are in metres"
-            )
+            checks.check_type("pads", self.pads, Pad, "an em.Pad, or None")
+        require(self.opening <= 1, "opening", self.opening, "at most 1 m: lengths are in metres")
 
     @property
     def closing(self) -> float:  # type: ignore[override]
@@ -146,10 +139,9 @@ class ParallelGripper(Hand):
         """As Hand.add_to. Raises ValueError on an opening that it does not have."""
         wide = self.opening if np.isnan(opening) else opening
         if not 0 < wide <= self.opening * 1.001:
-            raise ValueError(
-                f"opening is {wide:g} m, expected above 0 and at most the hand's, {self.opening:g} "
-                "m: a wider hand, or another unit of length?"
-            )
+            expected = f"expected above 0 and at most the hand's, {self.opening:g} m"
+            why = "a wider hand, or another unit of length?"
+            raise ValueError(f"opening is {wide:g} m, {expected}: {why}")
         depth = self.finger + self.palm[2] / 2 - self.reach
         palm = Compound([Part(Box(self.palm), position=(0, 0, -depth))])
         rough: dict[str, Any] = {"friction": self.friction, "role": "effector"}
@@ -160,14 +152,9 @@ class ParallelGripper(Hand):
         start = min(wide, self.opening) / 2
         # The drive's force beyond SQUEEZE, damped critically with the masses of what it moves.
         limit, moved = (2 * force, 2 * self.mass) if self.coupled else (force, self.mass)
-        drive: dict[str, Any] = {
-            "start": start,
-            "limits": (0.0, self.opening / 2),
-            "target": 0.0,
-            "stiffness": limit / SQUEEZE,
-            "damping": 2 * np.sqrt(limit / SQUEEZE * moved),
-            "torque_limit": limit,
-        }
+        drive: Any = {"start": start, "target": 0.0, "limits": (0.0, self.opening / 2)}
+        drive |= {"stiffness": limit / SQUEEZE, "torque_limit": limit}
+        drive["damping"] = 2 * np.sqrt(limit / SQUEEZE * moved)
         for side, sign in (("left", -1), ("right", 1)):
             place = (sign * self.thickness / 2, 0, self.reach - self.finger / 2)
             shape = Compound([Part(Box((self.thickness, self.pad[0], self.finger)), place)])
@@ -175,16 +162,11 @@ class ParallelGripper(Hand):
             joint = {"mimic": Mimic("left")} if side == "right" and self.coupled else drive
             ends: dict[str, Any] = {"parent": "hand", "child": side, "axis": (sign, 0, 0)}
             scene.add_joint(side, type="prismatic", **ends, **joint)
-        driven = ("left",) if self.coupled else ("left", "right")
-        scene.disable_collisions("left", "right")
-        return Fitted(
-            base="hand",
-            frame=np.eye(4),
-            fingers=("left", "right"),
-            bodies=("hand", "left", "right"),
-            start=dict.fromkeys(driven, start),
-            targets=dict.fromkeys(driven, (start, 0.0)),
-        )
+        sides = ("left", "right")
+        driven = sides[:1] if self.coupled else sides
+        scene.disable_collisions(*sides)
+        moves = dict.fromkeys(driven, start), dict.fromkeys(driven, (start, 0.0))
+        return Fitted("hand", np.eye(4), sides, ("hand", *sides), *moves)
 
     @property
     def text(self) -> dict[str, Any]:
@@ -236,8 +218,8 @@ class HandFile(Hand):
             raise ValueError("close is empty, expected the joints that close the hand")
         for name, ends in self.close.items():
             numbers_of(f"close[{name!r}]", ends, "two finite numbers, open and closed", (2,))
-        if not self.fingers or isinstance(self.fingers, str):
-            raise ValueError(f"fingers is {self.fingers!r}, expected a list of links, one at least")
+        right = self.fingers and not isinstance(self.fingers, str)
+        require(right, "fingers", self.fingers, "a list of links, one at least")
 
     @property
     def friction_rule(self) -> str:  # type: ignore[override]
@@ -251,11 +233,8 @@ class HandFile(Hand):
 
     def add_to(self, scene: Scene, *, force: float, opening: float) -> Fitted:
         """As Hand.add_to."""
-        if force != 1.0:
-            raise ValueError(
-                f"force is {force:g}, expected that of the file's drives, 1: state another "
-                "torque_limit of its joints in options"
-            )
+        way = "state another torque_limit of its joints in options"
+        require(force == 1.0, "force", force, f"that of the file's drives, 1: {way}")
         before = len(scene.bodies)
         self._read(scene)
         bodies = scene.bodies[before:]
@@ -266,14 +245,10 @@ class HandFile(Hand):
         _require("close", self.close, sorted(driven))
         self._require_drives(scene)
         base = next(body.name for body in bodies if body.kinematic)
-        return Fitted(
-            base=base,
-            frame=self._frame(scene, base),
-            fingers=tuple(self.fingers),
-            bodies=tuple(names),
-            start={name: float(ends[0]) for name, ends in self.close.items() if name in joints},
-            targets={name: (float(a), float(b)) for name, (a, b) in self.close.items()},
-        )
+        start = {name: float(ends[0]) for name, ends in self.close.items() if name in joints}
+        targets = {name: (float(a), float(b)) for name, (a, b) in self.close.items()}
+        own = (tuple(self.fingers), tuple(names))
+        return Fitted(base, self._frame(scene, base), *own, start, targets)
 
     @property
     def text(self) -> dict[str, Any]:
@@ -297,19 +272,14 @@ class HandFile(Hand):
         """The grasp frame in the frame of the base."""
         if self._link is None:
             return frame_in_hand(self.frame)
-        from energymargin import scenes
-
         places = scenes.body_poses(scene, scene.pack())
         links = {name: pose("frame", (*at, *turn)) for name, (at, turn) in places.items()}
         for row in scene.report:
             if place := getattr(row, "place", None):  # of a frame that is no body
                 links[row.name] = links[place[0]] @ pose("frame", place[1])
-        if self._link not in links:
-            raise ValueError(
-                f"frame is {self._link!r}, expected a link of {self.path}, one of "
-                f"{', '.join(links)}, a name of {', '.join(FRAMES)}, a distance along z [m] from "
-                f"the root {base!r}, or a pose"
-            )
+        known = f"a link of {self.path}, one of {', '.join(links)}, a name of {', '.join(FRAMES)}"
+        way = f"a distance along z [m] from the root {base!r}, or a pose"
+        require(self._link in links, "frame", self._link, f"{known}, {way}")
         return np.asarray(np.linalg.inv(links[base]) @ links[self._link])
 
     @property
@@ -317,30 +287,23 @@ class HandFile(Hand):
         return XML_OF_MUJOCO in Path(self.path).read_bytes()
 
     def _read(self, scene: Scene) -> None:
-        from energymargin import scenes
-
         where: dict[str, Any] = {"position": (0, 0, 0), "orientation": (0, 0, 0, 1)}
         given = where | {"base": "kinematic", "pads": self.pads} | dict(self.options)
         if not self._is_mjcf:
             scenes.from_urdf(self.path, scene, **{"role": "effector"} | given | self._joints)
             return
-        root = given.get("subtree")
-        if root is None:
+        if (root := given.get("subtree")) is None:
             raise ValueError("options has no subtree, expected the body of the model that is moved")
         scenes.from_mjcf(str(self.path), scene, **{"effector": (root,)} | given)
 
     @cached_property
     def _joints(self) -> dict[str, Any]:
         """Of the joints of a URDF, their drives: what is said, and else the file's efforts."""
-        own = dict(self.options.get("joints", {}))
-        joints = own | {
-            name: {"start": start, "target": target} | own.get(name, {})
-            for name, (start, target) in self.close.items()
-        }
+        joints = dict(self.options.get("joints", {}))
+        for name, (start, target) in self.close.items():
+            joints[name] = {"start": start, "target": target} | joints.get(name, {})
         if all("stiffness" in joints[name] for name in self.close):
             return {"joints": joints}
-        from energymargin import scenes
-
         with kept_warnings():  # those of the reading that counts come
             read = scenes.from_urdf(self.path, **dict(self.options) | {"joints": joints})
         for joint in read.joints:
@@ -358,13 +321,34 @@ class HandFile(Hand):
             if one.name in self.close and not one.stiffness > 0:
                 way = f"options={{'joints': {{{one.name!r}: {{'torque_limit': 20.0}}}}}}"
                 has = "position control" if self._is_mjcf else f"an effort there, or {way}"
-                raise ValueError(
-                    f"close names {one.name!r}, which {self.path} does not drive, expected one "
-                    f"with {has}"
-                )
+                why = f"which {self.path} does not drive, expected one with {has}"
+                raise ValueError(f"close names {one.name!r}, {why}")
 
 
 def _require(name: str, given: Any, there: Sequence[str]) -> None:
     for one in given:
         if one not in there:
             raise ValueError(f"{name} names {one!r}, expected one of {', '.join(there)}")
+
+
+COLUMNS = ("opening", "pad", "force", "finger", "palm", "thickness", "tip")
+ROWS: dict[str, tuple[Any, ...]] = {
+    "panda": (0.08, (0.02, 0.02), 40.0, 0.0463, (0.204, 0.063, 0.092), 0.012, 0.0088),
+    "robotiq_2f85": (0.085, (0.022, 0.0375), 60.0, 0.07, (0.15, 0.075, 0.09), 0.014),
+    # Pads and reach of the model of ros-industrial, force of the maker.
+    "robotiq_2f140": (0.14, (0.027, 0.065), 125.0, 0.12, (0.15, 0.075, 0.09), 0.014),
+    # Of the model of Drake.
+    "wsg_50": (0.11, (0.02, 0.02), 80.0, 0.082, (0.146, 0.05, 0.0725), 0.012),
+}
+"""By name the COLUMNS of a gripper [m] and [N]; the tip is left out where it is usual."""
+PRESETS = {n: ParallelGripper(**dict(zip(COLUMNS, row, strict=False))) for n, row in ROWS.items()}
+PANDA = PRESETS["panda"]
+
+
+def preset(name: str) -> ParallelGripper:
+    """A gripper of PRESETS. Raises ValueError on another name."""
+    if name not in PRESETS and Path(str(name)).suffix in (".urdf", ".xml"):
+        options = "close={'JOINT': (open, closed)}, fingers=['LINK', 'LINK'], frame='LINK'"
+        way = f"or of a file em.grasps.HandFile({name!r}, {options})"
+        raise ValueError(f"hand is {name!r}, expected one of {', '.join(PRESETS)}, {way}")
+    return PRESETS[checks.one_of("hand", name, tuple(PRESETS))]

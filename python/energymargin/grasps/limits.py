@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,30 +13,23 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from energymargin import Cancel, Cancelled, CriticalValue, critical_value_of
-from energymargin.base.checks import one_of, shown
+from energymargin.base.checks import one_of, require
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import kept_warnings
-from energymargin.base.reprs import Record
 from energymargin.executors import Executor, ask
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet
 from energymargin.grasps.hands import Hand, ParallelGripper
 from energymargin.grasps.outcomes import Grasp
 from energymargin.grasps.protocols import Protocol
-from energymargin.grasps.rows import KeptRows
 from energymargin.grasps.scores import grasp_of
-from energymargin.grasps.scoring import trials_of
+from energymargin.grasps.scoring import kept_rows, trials_of
 from energymargin.grasps.trials import GraspTrials
 from energymargin.summary import Summarized
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")
-UNITS = {
-    "force": "N",
-    "friction": "",
-    "mass": "kg",
-    **dict.fromkeys(AXES[:3], "m"),
-    **dict.fromkeys(AXES[3:], "rad"),
-}
+UNITS = {"force": "N", "friction": "", "mass": "kg"}
+UNITS |= dict.fromkeys(AXES[:3], "m") | dict.fromkeys(AXES[3:], "rad")
 """What can be varied, and its unit."""
 
 IN_JSON = ("side", "unit", "crossings", "monotone", "rollouts", "range")
@@ -47,7 +38,7 @@ Found = dict[str, CriticalValue]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class GraspLimits(Record, Summarized):
+class GraspLimits(Summarized):
     """How much n grasps can take."""
 
     grasps: GraspSet
@@ -58,11 +49,10 @@ class GraspLimits(Record, Summarized):
 
     def to_json(self) -> str:
         """A row for each grasp: its name, where each quantity crosses and the interval."""
-        rows: list[dict[str, Any]] = [
-            {"grasp": name, "error": self.errors.get(k)}
-            | {q: of[k] for q, of in self.limits.items()}
-            for k, name in enumerate(self.grasps.names)
-        ]
+        rows = []
+        for k, name in enumerate(self.grasps.names):
+            found = {quantity: of[k] for quantity, of in self.limits.items()}
+            rows.append({"grasp": name, "error": self.errors.get(k), **found})
         return json.dumps(rows, indent=1, default=lambda one: {k: vars(one)[k] for k in IN_JSON})
 
     @property
@@ -117,121 +107,104 @@ def limits(
 
     `em.critical_value` says what comes out. Raises ValueError on bad arguments.
     """
-    trials = trials_of(grasps, hand, object, protocol, **asked)
-    if not isinstance(vary, Mapping) or not vary:
-        raise ValueError(f"vary is {shown(vary)}, expected ranges by name, {{'force': (1, 60)}}")
+    require(isinstance(vary, Mapping) and vary, "vary", vary, "ranges by name, {'force': (1, 60)}")
     sizes: dict[str, Any] = {"probability": probability, "confidence": confidence, "draws": draws}
     sizes["tolerance"] = tolerance
-    for name in vary:
-        one_of("vary", name, tuple(UNITS))
-        if name not in AXES and trials.belief.fixes(name):
-            raise ValueError(
-                f"vary is {name!r}, which the belief draws whatever it is, expected a standard "
-                "deviation there, or relative=True"
-            )
-        critical_value_of(_all_hold, name, vary[name], **sizes)  # which checks them
-        for end in vary[name]:
-            _varied(trials, grasp_of(grasps, 0), name, end)
-    limit, numbers = Limit(timeout, cancel), range(len(grasps))
+    trials = trials_of(grasps, hand, object, protocol, **asked)
+    question = _Question(trials, vary, sizes)
+    limit, every = Limit(timeout, cancel), [grasp_of(grasps, k) for k in range(len(grasps))]
+    question.check(every[0])
     found: dict[int, Found | str] = {}
-    with nullcontext() if store is None else _kept(store, trials, vary, sizes) as kept:
-        ask(
-            [[grasp_of(grasps, number) for number in numbers]],
-            partial(_limits_of, trials, vary, sizes),
-            lambda answers: found.update({grasp.number: answer for grasp, answer in answers}),
-            kept=None if kept is None else kept.rows,
-            total=len(grasps),
-            progress=progress,
-            threads=threads,
-            executor=executor,
-            **limit.rest(),
-        )
+    ends = {name: list(map(float, vary[name])) for name in vary}
+
+    def note(answers: Sequence[tuple[Grasp, Found | str]]) -> None:
+        found.update({grasp.number: answer for grasp, answer in answers})
+
+    where: Any = {"threads": threads, "executor": executor, "progress": progress}
+    with kept_rows(store, trials, "limits", ends, sizes, read=_read, written=_written) as kept:
+        ask([every], question.limits, note, kept=kept, total=len(every), **where, **limit.rest())
     if not found:
         limit.require("a grasp has its limits")
     errors = {k: one for k, one in sorted(found.items()) if isinstance(one, str)}
-    whole = {k: one for k, one in found.items() if not isinstance(one, str)}
-    of_grasps = {q: [whole[k][q] if k in whole else None for k in numbers] for q in vary}
+    whole = [None if isinstance(one := found.get(g.number), str) else one for g in every]
+    of_grasps = {q: [None if one is None else one[q] for one in whole] for q in vary}
     return GraspLimits(grasps, of_grasps, errors)
 
 
-def _all_hold(_: float, numbers: Sequence[int]) -> NDArray[np.float64]:
-    return np.ones(len(numbers))
+@dataclass(frozen=True)
+class _Question:
+    """What is asked of each grasp."""
+
+    trials: GraspTrials
+    vary: Ranges
+    sizes: dict[str, Any]
+    """Arguments of `critical_value_of`."""
+
+    def check(self, grasp: Grasp) -> None:
+        """Raises ValueError on what cannot be varied, or not so far."""
+        for name, ends in self.vary.items():
+            one_of("vary", name, tuple(UNITS))
+            if name not in AXES and self.trials.belief.fixes(name):
+                why = "which the belief draws whatever it is, expected a standard deviation there"
+                raise ValueError(f"vary is {name!r}, {why}, or relative=True")
+            critical_value_of(lambda _, draws: np.ones(len(draws)), name, ends, **self.sizes)
+            for end in ends:
+                self._varied(grasp, name, end)
+
+    def limits(self, grasps: Sequence[Grasp], cancel: Cancel) -> list[Found | str]:
+        """On a worker: the limits of some grasps, or why they have none."""
+        done: list[Found | str] = []
+        with kept_warnings():
+            for grasp in grasps:
+                try:
+                    done.append({name: self._limit(grasp, name, cancel) for name in self.vary})
+                except Cancelled:
+                    break
+                except (ValueError, RuntimeError) as error:
+                    done.append(str(error))
+        return done
+
+    def _limit(self, grasp: Grasp, name: str, cancel: Cancel) -> CriticalValue:
+        """The limit of a quantity; raises Cancelled if it is stopped."""
+
+        def outcomes(value: float, numbers: Sequence[int]) -> list[float]:
+            other, moved = self._varied(grasp, name, value)
+            endings = [one.ending for one in other.outcomes(moved, numbers, cancel)]
+            return [np.nan if ending == "diverged" else ending == "held" for ending in endings]
+
+        given = {**self.sizes, "cancel": cancel, "unit": UNITS[name]}
+        found = critical_value_of(outcomes, name, self.vary[name], **given)
+        if not found.complete:
+            raise Cancelled("cancelled within a search")
+        return found
+
+    def _varied(self, grasp: Grasp, name: str, value: float) -> tuple[GraspTrials, Grasp]:
+        """What is asked with another value of a quantity."""
+        trials, changed = self.trials, dict[str, Any]({name: value})
+        if name == "force":
+            if not isinstance(trials.hand, ParallelGripper):
+                raise ValueError(f"vary is 'force' of {trials.hand!r}, expected a ParallelGripper")
+            return replace(trials, hand=replace(trials.hand, **changed)), grasp
+        if name in ("friction", "mass"):
+            return replace(trials, object=replace(trials.object, **changed)), grasp
+        along, error = value * np.eye(3)[AXES.index(name) % 3], np.eye(4)
+        if name in AXES[:3]:
+            error[:3, 3] = along
+        else:
+            error[:3, :3] = Rotation.from_rotvec(along).as_matrix()
+        return trials, grasp._replace(pose=grasp.pose @ error)
 
 
-def _kept(store: str | Path, trials: GraspTrials, vary: Ranges, sizes: dict[str, Any]) -> KeptRows:
-    """The file of answers, open; of a grasp that failed there is none."""
-
-    def read(_: Grasp, content: bytes) -> Found:
-        rows = json.loads(content)
-        for one in rows.values():
-            one["range"] = tuple(one["range"])
-            one["crossings"] = tuple(map(tuple, one["crossings"]))
-            one["outcomes"] = np.array(one["outcomes"], float).reshape(-1, 3)
-        return {name: CriticalValue(**one) for name, one in rows.items()}
-
-    def written(found: Found | str) -> bytes | None:
-        if isinstance(found, str):
-            return None
-        rows = {
-            name: vars(one) | {"outcomes": one.outcomes.tolist()} for name, one in found.items()
-        }
-        return json.dumps(rows).encode()
-
-    ends = {name: list(map(float, vary[name])) for name in vary}
-    return KeptRows(store, trials, "limits", ends, sizes, read=read, written=written)
+def _read(_: Grasp, content: bytes) -> Found:
+    rows = json.loads(content)
+    for one in rows.values():
+        one["range"], one["crossings"] = tuple(one["range"]), tuple(map(tuple, one["crossings"]))
+        one["outcomes"] = np.array(one["outcomes"], float).reshape(-1, 3)
+    return {name: CriticalValue(**one) for name, one in rows.items()}
 
 
-def _limits_of(
-    trials: GraspTrials,
-    vary: Ranges,
-    sizes: dict[str, Any],
-    grasps: Sequence[Grasp],
-    cancel: Cancel,
-) -> list[Found | str]:
-    """On a worker: the limits of some grasps, or why they have none."""
-    done: list[Found | str] = []
-    with kept_warnings():
-        for grasp in grasps:
-            given = {**sizes, "cancel": cancel}
-            try:
-                done.append({q: _limit(trials, grasp, q, ends, given) for q, ends in vary.items()})
-            except Cancelled:
-                break
-            except (ValueError, RuntimeError) as error:
-                done.append(str(error))
-    return done
-
-
-def _limit(
-    trials: GraspTrials, grasp: Grasp, name: str, ends: tuple[float, float], given: dict[str, Any]
-) -> CriticalValue:
-    """The limit of a quantity; raises Cancelled if it is stopped."""
-
-    def outcomes(value: float, numbers: Sequence[int]) -> list[float]:
-        other, moved = _varied(trials, grasp, name, value)
-        endings = other.endings(moved, numbers, given["cancel"])
-        return [np.nan if ending == "diverged" else float(ending == "held") for ending in endings]
-
-    found = critical_value_of(outcomes, name, ends, unit=UNITS[name], **given)
-    if not found.complete:
-        raise Cancelled("cancelled within a search")
-    return found
-
-
-def _varied(
-    trials: GraspTrials, grasp: Grasp, name: str, value: float
-) -> tuple[GraspTrials, Grasp]:
-    """What is asked with another value of a quantity."""
-    if name == "force":
-        if not isinstance(trials.hand, ParallelGripper):
-            raise ValueError(f"vary is 'force' of {trials.hand!r}, expected a ParallelGripper")
-        return replace(trials, hand=replace(trials.hand, force=value)), grasp
-    if name in ("friction", "mass"):
-        changed: dict[str, Any] = {name: value}
-        return replace(trials, object=replace(trials.object, **changed)), grasp
-    along, error = value * np.eye(3)[AXES.index(name) % 3], np.eye(4)
-    if name in AXES[:3]:
-        error[:3, 3] = along
-    else:
-        error[:3, :3] = Rotation.from_rotvec(along).as_matrix()
-    return trials, grasp._replace(pose=grasp.pose @ error)
+def _written(found: Found | str) -> bytes | None:
+    if isinstance(found, str):
+        return None
+    rows = {name: vars(one) | {"outcomes": one.outcomes.tolist()} for name, one in found.items()}
+    return json.dumps(rows).encode()

@@ -57,10 +57,8 @@ class Motion:
             return motions.lift(self.amount, self.duration, direction=axis, step=step)
         if self.kind == "turn":
             return motions.turn(axis, self.amount, self.duration, step=step)
-        swing = self.kind == "swing"
-        return motions.shake(
-            axis, self.amount, self.frequency, self.duration, about=swing, step=step
-        )
+        asked = (axis, self.amount, self.frequency, self.duration)
+        return motions.shake(*asked, about=self.kind == "swing", step=step)
 
 
 @dataclass(frozen=True)
@@ -121,10 +119,8 @@ class Protocol:
         for name in ("approach", "dwell", "settle", "force", "torque"):
             not_negative_number(name, getattr(self, name))
         if self.approach and not self.table:
-            raise ValueError(
-                f"approach is {self.approach:g} m, expected 0 without a table: what it met would "
-                "fly off; table=True, or the preset 'lift'"
-            )
+            why = "what it met would fly off; table=True, or the preset 'lift'"
+            raise ValueError(f"approach is {self.approach:g} m, expected 0 without a table: {why}")
         if self.angle is not None:
             positive_number("angle", self.angle)
 
@@ -168,31 +164,13 @@ class Protocol:
 HOLD = Protocol([Motion("hold", 1.0)])
 LIFT = Protocol([Motion("lift", 1.0, 0.2), Motion("hold", 0.5)], table=True)
 QUARTER = float(np.pi / 4)
-GRASPA = replace(
-    LIFT,
-    motions=(
-        Motion("lift", 1.0, 0.2),
-        Motion("turn", 0.5, QUARTER, (0, 1, 0), "hand"),
-        Motion("turn", 1.0, -2 * QUARTER, (0, 1, 0), "hand"),
-        Motion("turn", 0.5, QUARTER, (0, 1, 0), "hand"),
-    ),
-)
-ACRONYM = Protocol(
-    [
-        Motion("shake", 1.5, 0.05, (0, 0, 1), "hand", 2.0),
-        Motion("swing", 1.5, 0.5, (1, 0, 0), "hand", 2.0),
-    ],
-    gravity="never",
-)
-SHAKE = Protocol(
-    [
-        *(
-            Motion("shake", 1.0, 0.05, axis, "hand", 3.0)
-            for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1))
-        ),
-        *(Motion("swing", 1.0, 0.5, axis, "hand", 2.0) for axis in ((1, 0, 0), (0, 1, 0))),
-    ]
-)
+X, Y, Z = (1, 0, 0), (0, 1, 0), (0, 0, 1)
+TO, BACK = Motion("turn", 0.5, QUARTER, Y, "hand"), Motion("turn", 1.0, -2 * QUARTER, Y, "hand")
+GRASPA = replace(LIFT, motions=(LIFT.motions[0], TO, BACK, TO))
+SHAKEN = Motion("shake", 1.5, 0.05, Z, "hand", 2.0)
+ACRONYM = Protocol([SHAKEN, Motion("swing", 1.5, 0.5, X, "hand", 2.0)], gravity="never")
+SHAKES = [Motion("shake", 1.0, 0.05, axis, "hand", 3.0) for axis in (X, Y, Z)]
+SHAKE = Protocol([*SHAKES, *(Motion("swing", 1.0, 0.5, axis, "hand", 2.0) for axis in (X, Y))])
 RELEASE = Protocol([Motion("open", 0.4), Motion("lift", 0.6, -0.1, frame="hand")])
 """A thing is let go, and the hand backs off along its approach."""
 PRESETS = {"hold": HOLD, "lift": LIFT, "graspa": GRASPA, "acronym": ACRONYM, "shake": SHAKE}

@@ -12,30 +12,26 @@ from numpy.typing import ArrayLike, NDArray
 
 from energymargin import Problem
 from energymargin.base.checks import check_shape, not_negative_number, share
-from energymargin.base.plausibility import kept_warnings
-from energymargin.base.reprs import Record
 from energymargin.base.table_text import csv_text
 from energymargin.grasps.grasp_set import GraspSet
-from energymargin.grasps.outcomes import ENDINGS, NO_GRIP, Grasp
+from energymargin.grasps.outcomes import ENDINGS, Grasp
 from energymargin.grasps.trials import GraspTrials
 from energymargin.summary import Summarized
 
 HELD, DIVERGED = ENDINGS.index("held"), ENDINGS.index("diverged")
 MISSING = -1  # in place of an ending
 OF_TRIALS = ("endings", "times", "back", "redrawn")
-ARRAYS: dict[str, Any] = {
-    **dict.fromkeys(("endings", "likely"), np.int8(MISSING)),
-    **dict.fromkeys(("times", "efforts"), np.nan),
-    **dict.fromkeys(("back", "seconds", "lost_time"), 0.0),
-    **dict.fromkeys(("redrawn", "steps", "unconverged"), 0),
-}
+ARRAYS: dict[str, Any] = dict.fromkeys(("endings", "likely"), np.int8(MISSING))
+ARRAYS |= dict.fromkeys(("times", "efforts"), np.nan)
+ARRAYS |= dict.fromkeys(("back", "seconds", "lost_time"), 0.0)
+ARRAYS |= dict.fromkeys(("redrawn", "steps", "unconverged"), 0)
 """The arrays of GraspScores, and what they have before there are trials."""
 MANY, MOST = 0.2, 0.8  # shares of the trials
 LOOSE = 0.01  # share of the steps
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class GraspScores(Record, Summarized):
+class GraspScores(Summarized):
     """How n grasps fared in K trials each."""
 
     grasps: GraspSet
@@ -69,11 +65,9 @@ class GraspScores(Record, Summarized):
     @staticmethod
     def before(grasps: GraspSet, trials: GraspTrials, rollouts: int) -> GraspScores:
         """Scores without a trial so far, which need no memory: `writable` makes the arrays."""
-        of_trials = len(grasps), rollouts
-        arrays = {
-            name: np.broadcast_to(start, of_trials if name in OF_TRIALS else of_trials[:1])
-            for name, start in ARRAYS.items()
-        }
+        n = len(grasps)
+        shapes = {name: (n, rollouts) if name in OF_TRIALS else (n,) for name in ARRAYS}
+        arrays = {name: np.broadcast_to(ARRAYS[name], shape) for name, shape in shapes.items()}
         return GraspScores(grasps, trials, **arrays, errors={})
 
     def writable(self) -> GraspScores:
@@ -84,13 +78,18 @@ class GraspScores(Record, Summarized):
     @property
     def complete(self) -> bool:
         """Whether every trial was made, or there is an error that says why not."""
-        missing = (self.endings == MISSING).any(axis=1)
-        return not any(missing[k] for k in range(len(missing)) if k not in self.errors)
+        missing = np.flatnonzero((self.endings == MISSING).any(axis=1))
+        return set(missing.tolist()) <= set(self.errors)
 
     @property
     def counted(self) -> NDArray[np.int64]:
         """Trials that count, (n,): those that were made and did not diverge."""
-        return np.asarray(((self.endings != MISSING) & (self.endings != DIVERGED)).sum(axis=1))
+        return np.asarray(self._count.sum(axis=1))
+
+    @property
+    def _count(self) -> NDArray[np.bool_]:
+        """Whether each trial counts, (n, K)."""
+        return np.asarray((self.endings != MISSING) & (self.endings != DIVERGED))
 
     @property
     def colliding(self) -> NDArray[np.int64]:
@@ -108,33 +107,25 @@ class GraspScores(Record, Summarized):
     def warnings(self) -> tuple[str, ...]:
         """What speaks against the scores."""
         made = int((self.endings != MISSING).sum())
-        missed = (self.endings == ENDINGS.index("not gripped")).sum()
-        places = [
-            f"in {number} of {made} trials the hand {what}"
-            for what, number, many in (
-                ("was inside the object or the table", self.colliding.sum(), MANY),
-                ("closed beside the object", missed, MOST),
-            )
-            if number > many * made
-        ]
-        found = [f"{'; '.join(places)}: {self._doubts()}"] if places else []
-        if diverged := int((self.endings == DIVERGED).sum()):
-            found.append(f"{diverged} of {made} trials diverged, and do not count")
-        steps = max(self.steps.sum(), 1)
-        loose, lost = self.unconverged.sum() / steps, self.lost_time.sum() / steps
-        lost /= self.trials.step
-        if loose > LOOSE:
-            found.append(f"the contact solver did not converge in {100 * loose:.1f} % of the steps")
-        if lost > LOOSE:
-            found.append(
-                f"nothing moved in {100 * lost:.1f} % of the time, as bodies would have passed "
-                "through each other: a grasp may look better than it is"
-            )
-        if self.errors:
-            number, text = next(iter(self.errors.items()))
-            name = self.grasps.names[number]
-            found.append(f"without a score: {len(self.errors)} grasps, as {name}: {text}")
-        return tuple(found)
+        inside, missed = self.colliding.sum(), (self.endings == ENDINGS.index("not gripped")).sum()
+        hand, solver = f"of {made} trials the hand", "the contact solver"
+        n = max(self.steps.sum(), 1)
+        places = {f"in {inside} {hand} was inside the object or the table": inside > MANY * made}
+        places[f"in {missed} {hand} closed beside the object"] = missed > MOST * made
+        wrong = "; ".join(text for text, many in places.items() if many)
+        diverged = int((self.endings == DIVERGED).sum())
+        loose, lost = self.unconverged.sum() / n, self.lost_time.sum() / n / self.trials.step
+        still = f"nothing moved in {100 * lost:.1f} % of the time, as bodies would have passed"
+        number, error = next(iter(self.errors.items()), (0, ""))
+        without = f"without a score: {len(self.errors)} grasps, as {self.grasps.names[number]}"
+        found = {
+            f"{wrong}: {self._doubts()}": wrong,
+            f"{diverged} of {made} trials diverged, and do not count": diverged,
+            f"{solver} did not converge in {100 * loose:.1f} % of the steps": loose > LOOSE,
+            f"{still} through each other: a grasp may look better than it is": lost > LOOSE,
+            f"{without}: {error}": self.errors,
+        }
+        return tuple(text for text, true in found.items() if true)
 
     def held_until(self, time: float) -> NDArray[np.float64]:
         """Share of the trials in which it was held until a time [s] after closing, (n,).
@@ -142,8 +133,7 @@ class GraspScores(Record, Summarized):
         Raises ValueError on a time that is neither inf nor a finite number of at least 0.
         """
         time = time if time == np.inf else not_negative_number("time", time)
-        held = ((self.endings == HELD) | (self.times > time)).sum(axis=1)
-        return np.where(self.counted > 0, held / np.maximum(self.counted, 1), np.nan)
+        return self._mean((self.endings == HELD) | (self.times > time))
 
     def interval(self, confidence: float = 0.95) -> NDArray[np.float64]:
         """Ends of each probability's interval, (n, 2), by Clopper and Pearson; NaN without
@@ -212,12 +202,9 @@ class GraspScores(Record, Summarized):
     def shown(self, number: int) -> tuple[Problem, str]:
         """The problem of a grasp to look at, as is believed most, and why the hand could not close
         on the object: then it is open, where the grasp says. Else that is empty."""
-        grasp, draw = grasp_of(self.grasps, number), self.trials.draw(-1)
-        closed = self.trials.grip(grasp, draw)
-        if closed.ending:
-            return self.trials.open_problem(grasp), NO_GRIP[closed.ending]
-        with kept_warnings():  # the half turn of a hand from above is meant
-            return self.trials.problem(closed, draw), ""
+        grasp = grasp_of(self.grasps, number)
+        problem, why = self.trials.likely(grasp)
+        return (problem or self.trials.open_problem(grasp)), why
 
     def table(self, ranks: Sequence[int] | None = None) -> dict[str, list[str]]:
         """Texts by column, the best grasp first: all of them, or those of some ranks, from 0 on.
@@ -251,10 +238,8 @@ class GraspScores(Record, Summarized):
         counts += [self.colliding, self.redrawn.sum(axis=1)]
         figures = np.column_stack([*own, self.grasps.labels, *counts, *more.values()])
         head = ["rank", "name", "probability", "low", "high", "mean_time", "effort", "label"]
-        lines = [
-            [rank, self.grasps.names[k], *(_text("{:.6g}", figure) for figure in figures[k])]
-            for rank, k in enumerate(self.order, 1)
-        ]
+        texts = [[_text("{:.6g}", figure) for figure in row] for row in figures]
+        lines = [[rank, self.grasps.names[k], *texts[k]] for rank, k in enumerate(self.order, 1)]
         head += [name.replace(" ", "_") for name in (*ENDINGS, "colliding", "redrawn")]
         return csv_text([*head, *more], lines)
 
@@ -262,27 +247,27 @@ class GraspScores(Record, Summarized):
     def mean_time(self) -> NDArray[np.float64]:
         """Mean time held within the protocol [s], (n,); a trial that did not grip counts 0."""
         capped = np.where(np.isnan(self.times), 0.0, np.minimum(self.times, self.horizon))
-        counts = (self.endings != MISSING) & (self.endings != DIVERGED)
-        total = np.where(counts, capped, 0.0).sum(axis=1)
-        return np.where(self.counted > 0, total / np.maximum(self.counted, 1), np.nan)
+        return self._mean(np.where(self._count, capped, 0.0))
+
+    def _mean(self, values: NDArray[Any]) -> NDArray[np.float64]:
+        """Mean of values of the trials that count, (n,), which are 0 of others; NaN without any."""
+        means = values.sum(axis=1) / np.maximum(self.counted, 1)
+        return np.where(self.counted > 0, means, np.nan)
 
     def _doubts(self) -> str:
         """What is likely wrong if the hand is not where the object is."""
-        asked = self.trials
         open = np.nanmax(self.grasps.openings, initial=-1.0)
-        wide = open if open > 0 else getattr(asked.hand, "opening", None)
+        wide = open if open > 0 else getattr(self.trials.hand, "opening", None)
         into = "into it" if wide is None else f"into an opening of {wide:.3g} m"
         frame = "are frame, unit and order of the quaternions (x, y, z, w) right"
-        return f"{frame}, and does the object, {asked.object.size_text}, fit {into}?"
+        return f"{frame}, and does the object, {self.trials.object.size_text}, fit {into}?"
 
     @property
     def _some(self) -> NDArray[np.int64]:
         if len(self.ranked) == 0:
             why = f", as {next(iter(self.errors.values()))}" if self.errors else ""
-            raise ValueError(
-                f"none of the {len(self.grasps)} grasps has a trial that counts{why}: expected one "
-                "at least"
-            )
+            none = f"none of the {len(self.grasps)} grasps has a trial that counts{why}"
+            raise ValueError(f"{none}: expected one at least")
         return self.ranked
 
 

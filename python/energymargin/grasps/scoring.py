@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import math
 import time
-from collections.abc import Callable, Sequence
-from contextlib import nullcontext
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import astuple, dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -17,21 +18,21 @@ from energymargin import Cancel, Cancelled, margin_profile
 from energymargin.base.checks import check_type, one_of, positive_number, seed_number, whole_number
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import kept_warnings, warn
-from energymargin.disturbances import Disturbance, Uniform
-from energymargin.executors import Executor, ask
+from energymargin.disturbances import Disturbance, text_of
+from energymargin.executors import Executor, Kept, ask
 from energymargin.grasps.belief import GraspBelief, lab
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet
-from energymargin.grasps.hands import Hand
-from energymargin.grasps.outcomes import ENDINGS, Grasp
-from energymargin.grasps.presets import preset
+from energymargin.grasps.hands import Hand, preset
+from energymargin.grasps.outcomes import ENDINGS, Grasp, Outcome
 from energymargin.grasps.protocols import Protocol, protocol_of
-from energymargin.grasps.rows import GraspRow, KeptRows
 from energymargin.grasps.scores import GraspScores, grasp_of
 from energymargin.grasps.trials import COLLIDING, STEP, GraspTrials
+from energymargin.store import AnswerFile
 
 ROLLOUTS = 30
 EVERY = 0.5  # s between the moments whose efforts are searched
+OF_TRIALS = ("hand", "object", "protocol", "belief")
 
 
 def score(
@@ -90,18 +91,13 @@ def score(
     Raises ValueError on bad arguments, and on a file of something else. Warns, as
     PlausibilityWarning, of what speaks against the scores; `warnings` has the same texts.
     """
-    trials = trials_of(
-        *(grasps, hand, object, protocol),
-        belief=belief,
-        disturbance=disturbance,
-        colliding=colliding,
-        seed=seed,
-        step=step,
-    )
+    asked: Any = {"belief": belief, "disturbance": disturbance, "colliding": colliding}
+    trials = trials_of(grasps, hand, object, protocol, **asked, seed=seed, step=step)
     count = whole_number("rollouts", rollouts, 1)
     nodes = None if effort is None else whole_number("effort", effort, 1)
     limit, there = Limit(timeout, cancel), 0
     scores = GraspScores.before(grasps, trials, count)
+    where: Any = {"threads": threads, "executor": executor, "progress": progress}
 
     def note(rows: Sequence[tuple[Grasp, GraspRow]]) -> None:
         nonlocal scores, there
@@ -109,17 +105,10 @@ def score(
         for _, row in rows:
             _put(scores, row)
 
-    with nullcontext() if store is None else KeptRows(store, trials, count, nodes) as kept:
-        ask(
-            [[grasp_of(grasps, number) for number in range(len(grasps))]],
-            *(partial(score_grasps, trials, count, nodes), note),
-            kept=None if kept is None else kept.rows,
-            total=len(grasps),
-            progress=progress,
-            threads=threads,
-            executor=executor,
-            **limit.rest(),
-        )
+    with kept_rows(store, trials, count, nodes, read=_read, written=_written) as kept:
+        every = [grasp_of(grasps, number) for number in range(len(grasps))]
+        work = partial(score_grasps, trials, count, nodes)
+        ask([every], work, note, kept=kept, total=len(every), **where, **limit.rest())
     if there == 0:
         limit.require("a grasp has its score")
     warn([(text, text) for text in scores.warnings], None)
@@ -127,38 +116,23 @@ def score(
 
 
 def trials_of(
-    grasps: GraspSet,
-    hand: Hand | str,
-    object: GraspObject,
-    protocol: Protocol | str,
-    *,
-    belief: GraspBelief | str | None = None,
-    disturbance: Disturbance | None = None,
-    colliding: str = "lost",
-    seed: int = 0,
-    step: float = STEP,
+    grasps: GraspSet, hand: Hand | str, object: GraspObject, protocol: Protocol | str, **asked: Any
 ) -> GraspTrials:
-    """What all trials have in common; raises ValueError on bad arguments."""
+    """What all trials have in common, `asked` as of `score`; raises ValueError on bad arguments."""
     check_type("grasps", grasps, GraspSet, "an em.grasps.GraspSet, as of em.grasps.read(path)")
     check_type("object", object, GraspObject, "an em.grasps.GraspObject")
     hand = preset(hand) if isinstance(hand, str) else hand
     check_type("hand", hand, Hand, "a hand of em.grasps or the name of a preset")
-    if isinstance(belief, str):
+    usual = {name for name in ("belief", "disturbance") if asked.get(name) is None}
+    given = {name: value for name, value in asked.items() if name not in usual}
+    if isinstance(belief := given.get("belief"), str):
         one_of("belief", belief, ("lab",))
-        belief = lab()
-    belief = GraspBelief() if belief is None else belief
-    check_type("belief", belief, GraspBelief, "an em.grasps.GraspBelief, or 'lab'")
-    one_of("colliding", colliding, COLLIDING)
-    trials = GraspTrials(
-        hand,
-        object,
-        protocol_of(protocol),
-        belief,
-        Uniform() if disturbance is None else disturbance,
-        colliding,
-        seed_number(seed),
-        positive_number("step", step),
-    )
+        given["belief"] = lab()
+    given["seed"] = seed_number(asked.get("seed", 0))
+    given["step"] = positive_number("step", asked.get("step", STEP))
+    trials = GraspTrials(hand, object, protocol_of(protocol), **given)
+    check_type("belief", trials.belief, GraspBelief, "an em.grasps.GraspBelief, or 'lab'")
+    one_of("colliding", trials.colliding, COLLIDING)
     trials.check(grasps)
     return trials
 
@@ -170,8 +144,6 @@ def score_grasps(
     rows: list[GraspRow] = []
     with kept_warnings():  # which each of many trials would repeat
         for grasp in grasps:
-            if cancel.is_set:
-                break
             start = time.perf_counter()
             try:
                 row = _row(trials, rollouts, nodes, grasp, cancel)
@@ -187,7 +159,7 @@ def _row(
     trials: GraspTrials, rollouts: int, nodes: int | None, grasp: Grasp, cancel: Cancel
 ) -> GraspRow:
     """All that is asked about a grasp. Raises Cancelled if it is stopped before its end."""
-    outcomes = tuple(trials.outcomes(grasp, rollouts, cancel))
+    outcomes = tuple(trials.outcomes(grasp, range(rollouts), cancel))
     likely = trials.run(grasp, -1, cancel)
     effort = math.nan
     if nodes is not None and likely.ending not in ("not gripped", "collided", "diverged"):
@@ -212,3 +184,52 @@ def _put(scores: GraspScores, row: GraspRow) -> None:
     scores.endings[k] = [ENDINGS.index(ending) for ending in endings]
     scores.times[k], scores.redrawn[k], scores.back[k] = times, redrawn, back
     scores.steps[k], scores.unconverged[k], scores.lost_time[k] = map(sum, sums)
+
+
+@dataclass(frozen=True)
+class GraspRow:
+    """What a worker found out about a grasp."""
+
+    number: int
+    outcomes: tuple[Outcome, ...] = ()
+    likely: Outcome | None = None
+    effort: float = math.nan
+    seconds: float = 0.0
+    error: str | None = None
+
+
+@contextmanager
+def kept_rows(
+    store: str | Path | None,
+    trials: GraspTrials,
+    *more: Any,
+    read: Callable[[Grasp, bytes], Any],
+    written: Callable[[Any], bytes | None],
+) -> Iterator[Kept[Grasp, Any] | None]:
+    """The rows of a store, known by what they depend on; None without a store.
+
+    `more`: what is asked besides. `read` and `written`: rows as bytes. Errors: as AnswerFile.
+    Raises ValueError on a disturbance or a belief that cannot be written down.
+    """
+    if store is None:
+        yield None
+        return
+    known = {name: getattr(trials, name).text for name in OF_TRIALS}
+    known |= {name: getattr(trials, name) for name in ("colliding", "seed", "step")}
+    asked = json.dumps([known, text_of(trials.disturbance), *more])
+    with AnswerFile(store, create=True) as file:
+
+        def digest(grasp: Grasp) -> bytes:
+            return file.key(asked, grasp.opening, grasp.pose.tobytes(), grasp.placed.tobytes())
+
+        yield Kept(file, digest, read, written)
+
+
+def _read(grasp: Grasp, content: bytes) -> GraspRow:
+    outcomes, likely, *others = json.loads(content)
+    made = tuple(Outcome(*one) for one in outcomes)
+    return GraspRow(grasp.number, made, Outcome(*likely), *others)
+
+
+def _written(row: GraspRow) -> bytes | None:
+    return None if row.error is not None else json.dumps(astuple(row)[1:]).encode()

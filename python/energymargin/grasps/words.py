@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from energymargin.grasps.hands import HandFile
+from energymargin.grasps.belief import GraspBelief
+from energymargin.grasps.hands import Hand, HandFile
 from energymargin.grasps.protocols import GRAVITY, Protocol
 from energymargin.grasps.trials import LEVER, GraspTrials
-
-if TYPE_CHECKING:
-    from energymargin.grasps import GraspBelief, Hand
 
 OF_COLLIDING = {
     "lost": "counts as lost",

@@ -20,6 +20,8 @@ EDGES = 8  # of a friction cone: the measures are at least cos(pi / 8) = 92 % of
 FLAT = 1e-9  # share of the largest singular value below which the space has no extent in some way
 SAME = 1e-6  # difference of wrenches that count as one
 
+Floats = NDArray[np.float64]
+
 
 class WrenchSpace(NamedTuple):
     """How large the grasp wrench space is."""
@@ -75,9 +77,7 @@ def wrench_space(
     return WrenchSpace(max(0.0, float(-hull.equations[:, -1].max())), float(hull.volume))
 
 
-def _edges(
-    normals: NDArray[np.float64], slopes: NDArray[np.float64], edges: int
-) -> NDArray[np.float64]:
+def _edges(normals: Floats, slopes: Floats, edges: int) -> Floats:
     """Forces of unit normal force along the edges of each cone, (k, edges, 3)."""
     least = np.eye(3)[np.abs(normals).argmin(axis=1)]
     across = np.cross(normals, least)

@@ -7,18 +7,7 @@ from energymargin.placing.resting import RestingPose, RestingPoses, resting_pose
 from energymargin.placing.settling import RestingBody, Settled, settle
 from energymargin.placing.stacks import StackRobustness, stack_robustness
 
-__all__ = [
-    "Placements",
-    "Push",
-    "RestingBody",
-    "RestingPose",
-    "RestingPoses",
-    "Settled",
-    "StackRobustness",
-    "placements",
-    "resting_poses",
-    "settle",
-    "stack_robustness",
-]
+__all__ = ["Placements", "Push", "RestingBody", "RestingPose", "RestingPoses", "Settled"]
+__all__ += ["StackRobustness", "placements", "resting_poses", "settle", "stack_robustness"]
 
 check_doors(globals(), __all__)

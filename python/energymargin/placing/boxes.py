@@ -6,12 +6,14 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from energymargin import Plane, Scene, mass_properties, scenes
+from energymargin import Plan, Plane, Scene, mass_properties, scenes
 
 Floats = NDArray[np.float64]
+Asked = tuple[Scene, Floats, Plan | None, float]
+"""From a scene and a state on, for a plan and a horizon [s]."""
 SIGNS = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, -1).T
 
 
@@ -23,10 +25,8 @@ def movable(scene: Scene) -> list[str]:
 def require_contacts(scene: Scene, asked: str, otherwise: str = "") -> None:
     """Raises ValueError, which says what is asked, if the scene's engine tells no contacts."""
     if not isinstance(scene.engine, str):
-        raise ValueError(
-            f"{asked} with the engine {scene.engine.name!r}, which tells no contacts, expected "
-            f"{otherwise}scene.with_engine('native')"
-        )
+        why = f"{asked} with the engine {scene.engine.name!r}, which tells no contacts"
+        raise ValueError(f"{why}, expected {otherwise}scene.with_engine('native')")
 
 
 def up_of(scene: Scene) -> Floats:
@@ -40,7 +40,12 @@ def up_of(scene: Scene) -> Floats:
 def center_of(body: Any, there: Mapping[str, Any]) -> Floats:
     """The centre of mass of a body that is `there`, as of `scene.unpack`, (3,)."""
     own = np.array((body.inertial or mass_properties(body.shape)).center)
-    return np.asarray(Rotation.from_quat(there["orientation"]).apply(own) + there["position"])
+    return moved(own, there["position"], there["orientation"])
+
+
+def moved(points: Floats, position: ArrayLike, orientation: ArrayLike) -> Floats:
+    """Points of a body's frame, (..., 3), where the body is."""
+    return np.asarray(Rotation.from_quat(orientation).apply(points) + np.asarray(position))
 
 
 def frame_of(scene: Scene) -> Floats:
@@ -69,10 +74,7 @@ class Boxes:
     def at(self, state: Floats) -> Floats:
         """Where their corners are in a state, (bodies, 8, 3)."""
         there = scenes.body_poses(self._scene, state) if self._boxes else {}
-        placed = [
-            Rotation.from_quat(there[name][1]).apply(corners) + there[name][0]
-            for name, corners in self._boxes.items()
-        ]
+        placed = [moved(corners, *there[name]) for name, corners in self._boxes.items()]
         return np.array(placed).reshape(-1, 8, 3)
 
 
@@ -84,8 +86,8 @@ def farthest(corners: Floats, before: Floats) -> Floats:
 def lowest(scene: Scene, state: Floats) -> float:
     """The height of the lowest point of all bodies, along `up_of`; -inf above a plane."""
     up = up_of(scene)
-    planes = [body.shape for body in scene.bodies if isinstance(body.shape, Plane)]
-    if any(np.dot(plane.normal, up) > 0 for plane in planes):
+    planes = {body.name: body.shape for body in scene.bodies if isinstance(body.shape, Plane)}
+    if any(np.dot(plane.normal, up) > 0 for plane in planes.values()):
         return -np.inf
-    names = [body.name for body in scene.bodies if not isinstance(body.shape, Plane)]
+    names = [body.name for body in scene.bodies if body.name not in planes]
     return float((Boxes(scene, names).at(state) @ up).min(initial=np.inf))

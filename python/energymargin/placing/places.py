@@ -1,9 +1,12 @@
-"""`em.placements`: where to set a thing down, and how likely it stays there."""
+"""`em.placements`: where to set a thing down, and how likely it stays there.
+
+`Jolts` disturb things that stand: knocks, and a support that is shaken or leans.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,27 +19,26 @@ from energymargin.actions import Ranking, Standing
 from energymargin.base import checks
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import kept_warnings, warn
-from energymargin.base.reprs import Record
 from energymargin.base.table_text import csv_text
 from energymargin.beliefs import Uncertainty
 from energymargin.disturbances import Uniform
 from energymargin.executors import Executor
 from energymargin.grasps import Hand, Protocol
-from energymargin.placing.boxes import Floats, require_contacts, up_of
-from energymargin.placing.jolts import Jolts
+from energymargin.placing.boxes import Floats, frame_of, require_contacts, up_of
 from energymargin.placing.pushes import Push, Pushes
-from energymargin.placing.releases import Release
-from energymargin.placing.rooms import DROP, Room, named
+from energymargin.placing.rooms import DROP, Release, Room, named
 from energymargin.placing.settling import settle
-from energymargin.placing.stacks import carrier_of, staying
+from energymargin.placing.stacks import Places, carrier_of, staying
 from energymargin.summary import Summarized
 
 HOLD = 0.1  # s
 DURING = 1.0  # s
+PIECE = 0.1  # s, of a knock
+RATES = (1.0, 6.0)  # Hz, of a shake
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Placements(Record, Summarized):
+class Placements(Summarized):
     """Candidates from the best to the worst, and what each of them takes."""
 
     scene: Scene
@@ -185,13 +187,12 @@ def placements(
     else:
         asked = named(poses)
     place = checks.positive_number("radius", radius), checks.positive_number("angle", angle)
-    carrier, letting = carrier_of(scene, plan), None
+    places, letting = Places(*place, carrier_of(scene, plan), {body: height}), None
     _check_hand(hand, plan, grasp, uncertainty)
     if hand is not None:
         letting = Release(scene, body, hand, grasp, release)  # type: ignore[arg-type]
     during = checks.positive_number("horizon", horizon) if plan is None else plan.duration
     lift = checks.not_negative_number("height", height) * up_of(scene)
-    asked_of: dict[str, Any] = {"hold": HOLD, "carrier": carrier, "above": {body: height}}
     blocked: dict[str, str] = {}
     problems: dict[str, Problem] = {}
     starts: dict[str, Floats] = {}
@@ -207,30 +208,19 @@ def placements(
             continue
         with kept_warnings():  # a thing that is let go falls, in each of many problems
             meant = scene, room.state(pose, np.zeros(3))
-            problems[name] = staying(meant, asking, place, **asked_of)
+            problems[name] = staying(meant, asking, places, HOLD)
     if poses is not None:
         _warn_of_air({k: room.nearest(room.state(asked[k], np.zeros(3))) for k in problems})
     if not problems:
-        where = ", ".join(sorted(set(blocked.values()))) or "nothing to stand on"
-        raise ValueError(f"poses is {len(asked)} candidates, none of which has room: {where}")
-    ranking = rank(
-        problems,
-        rollouts=rollouts,
-        disturbance=Jolts.of(scene, **jolts) if shake or tilt else Uniform(knock),
-        uncertainty=uncertainty,
-        confidence=confidence,
-        tolerance=tolerance,
-        race=race,
-        seed=seed,
-        store=store,
-        threads=threads,
-        executor=executor,
-        progress=progress,
-        **limit.rest(),
-    )
+        there = ", ".join(sorted(set(blocked.values()))) or "nothing to stand on"
+        raise ValueError(f"poses is {len(asked)} candidates, none of which has room: {there}")
+    disturbance = Jolts.of(scene, **jolts) if shake or tilt else Uniform(knock)
+    draws: Any = {"disturbance": disturbance, "uncertainty": uncertainty, "seed": seed}
+    draws |= {"rollouts": rollouts, "confidence": confidence, "tolerance": tolerance, "race": race}
+    where: Any = {"store": store, "threads": threads, "executor": executor, "progress": progress}
+    ranking = rank(problems, **draws, **where, **limit.rest())
     pushes = _pushes(scene, body, {name: starts[name] for name in ranking.names[:pushed]}, limit)
-    there = {name: asked[name] for name in problems}
-    return Placements(scene, body, ranking, there, blocked, pushes)
+    return Placements(scene, body, ranking, {k: asked[k] for k in problems}, blocked, pushes)
 
 
 def _pushes(scene: Scene, body: str, starts: Mapping[str, Floats], limit: Limit) -> dict[str, Push]:
@@ -254,28 +244,83 @@ def _check_hand(
     uncertainty: Uncertainty | None,
 ) -> None:
     """Raises ValueError on what does not go with a hand, or without one."""
-    if hand is None:
-        if grasp is not None:
-            raise ValueError("grasp is given, and no hand has it: expected one, as hand='panda'")
-        return
-    if grasp is None:
-        raise ValueError("grasp is None, expected where the hand holds the body, (4, 4)")
-    if plan is not None:
-        raise ValueError("plan and hand are given, expected one: a support that waits, or no hand")
     known = uncertainty is None or (uncertainty.pose is None and uncertainty.velocity is None)
-    if not known:
-        raise ValueError(
-            "uncertainty has a pose or a velocity, but the hand holds the body: expected friction "
-            "and mass, and errors of its pose as poses of their own"
-        )
+    held, gripped, planned = (one is not None for one in (hand, grasp, plan))
+    moves = "uncertainty has a pose or a velocity"
+    way = "expected friction and mass, and errors of its pose as poses of their own"
+    faults = {
+        "grasp is given, and no hand has it: expected one, as hand='panda'": gripped and not held,
+        "grasp is None, expected where the hand holds the body, (4, 4)": held and not gripped,
+        "plan and hand are given, expected one: a support that waits, or no hand": held and planned,
+        f"{moves}, but the hand holds the body: {way}": held and not known,
+    }
+    for text, wrong in faults.items():
+        if wrong:
+            raise ValueError(text)
 
 
 def _warn_of_air(found: Mapping[str, tuple[float, str]]) -> None:
     """Of poses in which the body rests on nothing."""
-    fall = {name: one for name, one in found.items() if one[0] > DROP}
-    for name, (gap, nearest) in list(fall.items())[:1]:
-        text = (
-            f"{len(fall)} of {len(found)} poses are in the air, as {name!r}, {gap:.3g} m from "
-            f"{nearest!r}, the nearest body: a pose is where the body's frame is when it rests"
-        )
-        warn([("poses", text)], None)
+    fall = [(name, *one) for name, one in found.items() if one[0] > DROP]
+    for name, gap, nearest in fall[:1]:
+        where = f"{gap:.3g} m from {nearest!r}, the nearest body"
+        text = f"{len(fall)} of {len(found)} poses are in the air, as {name!r}, {where}"
+        warn([("poses", f"{text}: a pose is where the body's frame is when it rests")], None)
+
+
+@dataclass(frozen=True, eq=False)
+class Jolts:
+    """Random forces on the objects of a scene, as a disturbance of `em.rank`.
+
+    A knock is a force along each axis, even up to `knock` times their mean weight, on each body,
+    for 0.1 s after 0.1 s. In a support that is shaken along a random horizontal direction, or leans
+    in one, a body feels a force in proportion to its mass.
+    """
+
+    masses: Floats
+    """Of the objects [kg], (k,)."""
+    mean: float
+    """Of those, as they are believed most [kg]."""
+    frame: Floats
+    """Two horizontal axes and the one that is up, (3, 3)."""
+    gravity: float
+    """[m/s^2]"""
+    knock: float = 0.0
+    """Largest force along each axis, as a share of the mean weight."""
+    shake: float = 0.0
+    """Largest peak of the support's acceleration [m/s^2]."""
+    tilt: float = 0.0
+    """Largest slope of the support [rad]."""
+
+    @staticmethod
+    def of(scene: Scene, *, knock: float, shake: float, tilt: float) -> Jolts:
+        """Those of a scene's objects."""
+        masses, gravity = _masses(scene), float(np.linalg.norm(scene.gravity))
+        return Jolts(masses, float(masses.mean()), frame_of(scene), gravity, knock, shake, tilt)
+
+    def of_problem(self, problem: Problem) -> Jolts:
+        """The same in a problem whose objects have other masses: what is heavy feels more."""
+        return replace(self, masses=_masses(problem.scene))
+
+    def __call__(self, random: np.random.Generator, times: Floats) -> Floats:
+        """Forces [N] and torques [N m] at these times (steps,), shape (steps, 6 k)."""
+        count, (one, other, up) = len(self.masses), self.frame
+        pieces = 1 + int(times[-1] / PIECE)
+        knocks = self.knock * self.gravity * random.uniform(-1, 1, (pieces, count, 3))
+        leaning, size, shaken, phase = random.random(4)
+        rate = random.uniform(*RATES)
+        angles, tilt = (2 * np.pi * leaning, 2 * np.pi * shaken), self.tilt * size
+        down, along = (np.cos(angle) * one + np.sin(angle) * other for angle in angles)
+        change = self.gravity * (np.sin(tilt) * down + (1 - np.cos(tilt)) * up)
+        wave = self.shake * random.random() * np.sin(2 * np.pi * (rate * times + phase))
+        wrenches = np.zeros((len(times), count, 6))
+        wrenches[:, :, :3] = self.mean * knocks[(times / PIECE).astype(int)]
+        wrenches[:, :, :3] += self.masses[:, None] * (change + wave[:, None] * along)[:, None]
+        return wrenches.reshape(len(times), -1)
+
+
+def _masses(scene: Scene) -> Floats:
+    """Of the objects [kg], (k,), as the scene's engine has them."""
+    objects = [body for body in scene.bodies if body.role == "object"]
+    varied = getattr(scene.engine, "varies", {})
+    return np.array([varied.get(f"mass.{body.name}", body.mass) for body in objects])

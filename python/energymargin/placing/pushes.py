@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from energymargin import Scene, World, scenes
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import kept_warnings
-from energymargin.placing.boxes import Boxes, Floats, center_of, frame_of, movable, up_of
+from energymargin.placing.boxes import Boxes, Floats, center_of, frame_of, movable, moved, up_of
 from energymargin.placing.settling import settle
 
 UPWARDS = 0.2  # of a contact's normal, from where on it carries
@@ -109,8 +109,7 @@ class Pushes:
         height = np.ptp(self._corners[self._names.index(body)] @ self._up) or np.inf
         rate = float(np.sqrt(np.linalg.norm(self._scene.gravity) / height))  # of a fall [1/s]
         most = 1.0 + max(LOSS, 2.0 * rate * self._scene.step)
-        kicks = filter(self._is_free, self._kicks(body))
-        for kick in sorted(kicks, key=lambda kick: kick.work):
+        for kick in sorted(filter(self._is_free, self._kicks(body)), key=lambda kick: kick.work):
             energy = self._effort(body, kick, best.effort)
             if energy < best.effort:
                 fallen = self.fallen(kick, energy)
@@ -132,11 +131,9 @@ class Pushes:
             self._limit.require("a push has ended")
         ends = self._scene.unpack(found.state)
         heights = np.ptp(self._corners @ self._up, axis=1)
-        return [
-            body.name
-            for body, height in zip(found.bodies, heights, strict=True)
-            if body.out or body.dropped > SUNK * height or self._tilt(body.name, ends) > FALLEN
-        ]
+        down = zip(found.bodies, heights, strict=True)
+        lower = [body for body, height in down if body.out or body.dropped > SUNK * height]
+        return [b.name for b in found.bodies if b in lower or self._tilt(b.name, ends) > FALLEN]
 
     def _tilt(self, name: str, ends: dict[str, dict[str, Floats]]) -> float:
         was, now = (Rotation.from_quat(s[name]["orientation"]) for s in (self._there, ends))
@@ -185,10 +182,9 @@ class Pushes:
                 height = float((center - pivot) @ self._up)
                 away = max(float((pivot - center) @ direction), 0.0)
                 rise = max(float(np.hypot(height, away)) - height, 1e-3 * abs(height))
-                moves = (("topples", turn, still), ("slides", still, direction))
-                for way, turned, shift in moves:
-                    given = direction, bodies, turned, shift, pivot
-                    yield Kick(way + others, *given, weight * rise)
+                given = direction, bodies
+                yield Kick(f"topples{others}", *given, turn, still, pivot, weight * rise)
+                yield Kick(f"slides{others}", *given, still, direction, pivot, weight * rise)
 
     def _center(self, bodies: Sequence[str]) -> tuple[float, Floats]:
         """Mass [kg] and centre of mass of some bodies."""
@@ -204,9 +200,8 @@ class Pushes:
         them, since a round rim has few contacts."""
         points = np.array(self._points[body]).reshape(-1, 3)
         shape = next(one.shape for one in self._scene.bodies if one.name == body)
-        turn = Rotation.from_quat(self._there[body]["orientation"])
-        corners = turn.apply(np.concatenate(scenes.shape_parts(shape)))
-        corners += self._there[body]["position"]
+        there = self._there[body]["position"], self._there[body]["orientation"]
+        corners = moved(np.concatenate(scenes.shape_parts(shape)), *there)
         hull = _hull(points @ self._plane.T)
         if hull is None:
             return points

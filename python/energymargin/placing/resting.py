@@ -20,22 +20,14 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from energymargin import (
-    Cancel,
-    Capsule,
-    Compound,
-    Cylinder,
-    Inertial,
-    Sphere,
-    mass_properties,
-    scenes,
-)
+import energymargin as em
+from energymargin import Inertial, mass_properties, scenes
 from energymargin.base import checks
 from energymargin.base.limits import Limit
 from energymargin.base.reprs import Record
 from energymargin.executors import Executor, ask
 from energymargin.placing.boxes import Floats
-from energymargin.placing.drops import GRAVITY, Drops
+from energymargin.placing.settling import GRAVITY, Drops
 from energymargin.summary import Summarized
 
 WATER = 1000.0  # kg/m^3
@@ -76,7 +68,7 @@ class RestingPose(Record):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RestingPoses(Record, Summarized):
+class RestingPoses(Summarized):
     """All ways in which a body can lie on a plane, the most probable first."""
 
     shape: Any
@@ -122,7 +114,7 @@ def resting_poses(
     executor: Executor | None = None,
     progress: Callable[[int, int], None] | None = None,
     timeout: float | None = None,
-    cancel: Cancel | None = None,
+    cancel: em.Cancel | None = None,
 ) -> RestingPoses:
     """How can it lie on a plane, how likely is each way, and what does it take to topple it?
 
@@ -152,50 +144,33 @@ def resting_poses(
     properties = mass_properties(shape)
     mass = WATER * properties.volume if mass is None else checks.positive_number("mass", mass)
     checks.share("merge", merge)
-    count, fall = (
-        checks.whole_number("drops", drops, 0),
-        checks.not_negative_number("height", height),
-    )
+    count = checks.whole_number("drops", drops, 0)
+    fall = checks.not_negative_number("height", height)
     checks.seed_number(seed)
     up = checks.numbers_of("on", on, "the normal of a plane, three numbers", (3,))
     up = up / (np.linalg.norm(up) or np.nan)
-    if not up[2] > 0:
-        raise ValueError(f"on is {checks.shown(on)}, expected a normal that points up")
+    checks.require(up[2] > 0, "on", on, "a normal that points up")
     slope = float(np.arctan2(np.hypot(up[0], up[1]), up[2]))
     center = np.array((inertial or properties).center)
-    parts = [part.shape for part in shape.parts] if isinstance(shape, Compound) else [shape]
-    is_round = any(isinstance(part, Sphere | Cylinder | Capsule) for part in parts)
+    parts = [part.shape for part in shape.parts] if isinstance(shape, em.Compound) else [shape]
+    is_round = any(isinstance(part, em.Sphere | em.Cylinder | em.Capsule) for part in parts)
     faces = Faces(np.concatenate(scenes.shape_parts(shape)) - center, is_round)
     basins = faces.basins(merge, slope) if mu >= np.tan(slope) else []
-    dropping = Drops(*(shape, mass, mu, inertial, slope, fall, seed, faces.normals, faces.reach))
+    dropping = Drops(shape, mass, mu, inertial, slope, fall, seed, faces.normals, faces.reach)
     ends: dict[int, int] = {}
-    ask(
-        [range(count if basins else 0)],
-        dropping.ends,
-        ends.update,
-        total=count,
-        progress=progress,
-        threads=threads,
-        executor=executor,
-        **limit.rest(),
-    )
+    where: Any = {"threads": threads, "executor": executor, "progress": progress, "total": count}
+    ask([range(count if basins else 0)], dropping.ends, ends.update, **where, **limit.rest())
     done = next(k for k in range(count + 1) if k not in ends)  # those before it, on any threads
     if basins and count and not done:
         limit.require("a drop has ended")
     tally = np.bincount([ends[k] for k in range(done)], minlength=len(faces.normals))
-    works = faces.works(basins)
-    poses = tuple(
-        RestingPose(
-            faces.pose(one.lowest, center),
-            one.share,
-            float(faces.heights[one.lowest]),
-            faces.largest_tilt(one),
-            {other: mass * GRAVITY * rise for other, rise in works[k].items()},
-            float(tally[one.faces].sum() / done) if done else np.nan,
-        )
-        for k, one in enumerate(basins)
-    )
-    return RestingPoses(shape, poses, mass, done, done == count or not basins)
+    poses = []
+    for one, rises in zip(basins, faces.works(basins), strict=True):
+        work = {other: mass * GRAVITY * rise for other, rise in rises.items()}
+        dropped = float(tally[one.faces].sum() / done) if done else np.nan
+        lies = (faces.pose(one.lowest, center), one.share, float(faces.heights[one.lowest]))
+        poses.append(RestingPose(*lies, faces.way_out(one)[0], work, dropped))
+    return RestingPoses(shape, tuple(poses), mass, done, done == count or not basins)
 
 
 @dataclass(eq=False)
@@ -231,8 +206,7 @@ class Faces:
         self.normals, self.heights = normals[first], -hull.equations[first, 3]
         if self.heights.min() <= 0.0:
             raise ValueError("inertial has its centre outside of the hull, expected one inside")
-        corners = points[hull.simplices]
-        self.shares = np.bincount(own, _solid_angles(corners)) / (4.0 * np.pi)
+        self.shares = np.bincount(own, _solid_angles(points[hull.simplices])) / (4.0 * np.pi)
         self._edges(hull, own, points)
 
     def _edges(self, hull: Any, own: NDArray[np.int64], points: Floats) -> None:
@@ -304,7 +278,7 @@ class Faces:
         all alike; what rolls is gone."""
         ways = np.zeros((len(basins), len(basins)))
         for k, (one, works) in enumerate(zip(basins, self.works(basins), strict=True)):
-            tilt, end = self._way_out(one)
+            tilt, end = self.way_out(one)
             if tilt >= slope:
                 ways[k, k] = 1.0
             elif end not in one.faces:
@@ -328,13 +302,9 @@ class Faces:
                 found[a][int(b)] = min(found[a].get(int(b), np.inf), rise)
         return [dict(sorted(one.items(), key=lambda item: item[1])) for one in found]
 
-    def largest_tilt(self, basin: Basin) -> float:
-        """Slope up to which it stays [rad]."""
-        return self._way_out(basin)[0]
-
-    def _way_out(self, basin: Basin) -> tuple[float, int]:
+    def way_out(self, basin: Basin) -> tuple[float, int]:
         """The steepest slope that is needed on the way from face to face to another pose, or to a
-        turn by ROLLED [rad], and the face there."""
+        turn by ROLLED [rad], up to which it stays; and the face there."""
         tilts = np.arctan2(self.inside, self.heights[self.one])
         if self._is_round:
             tilts[_dots(self.normals[self.one], self.normals[self.other]) > FACETS] = 0.0

@@ -1,4 +1,6 @@
-"""Where a body has room in a scene: candidates of its pose, and what is in their way."""
+"""Where a body has room in a scene: candidates of its pose, what is in their way, and a hand that
+lets it go there: the body is gripped, and let go as a protocol says.
+"""
 
 from __future__ import annotations
 
@@ -10,12 +12,13 @@ from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull, QhullError
 from scipy.spatial.transform import Rotation
 
-from energymargin import Plane, Scene, World, scenes
+from energymargin import Plan, Plane, Scene, World, scenes
 from energymargin.base import checks
 from energymargin.base.limits import Limit
-from energymargin.placing.boxes import Floats, frame_of
+from energymargin.grasps import GraspObject, Hand, Protocol, grip
+from energymargin.placing.boxes import Asked, Floats, frame_of, moved
 
-INSIDE = 1e-4  # m; a thing that is deeper in another one has no room
+INSIDE = 1e-4  # m; a thing or a hand that is deeper in another one has no room
 LEVEL = 1e-3  # m, of the top of a part
 DROP = 0.02  # m, by which a thing is lowered at most onto a top that is not flat
 ABOVE = 1e-3  # m, from where it is lowered
@@ -44,9 +47,7 @@ class Room:
 
     def nearest(self, state: Floats) -> tuple[float, str]:
         """How far it is from the nearest body, which is named [m]."""
-        distances = self._distances(state)
-        nearest = min(distances, key=distances.__getitem__)
-        return distances[nearest], nearest
+        return nearest_to([self._body], self._world, state, self._others)
 
     def blocked_by(self, state: Floats) -> str | None:
         """The body that it is in most deeply, if it is in one."""
@@ -76,8 +77,7 @@ class Room:
                 pose = self._standing(turn, place, frame[2])
                 x, y, z = pose[:3, 3]
                 found.append((margin, f"{name}.{number} ({x:.3f}, {y:.3f}, {z:.3f})", pose))
-        if not found:
-            raise ValueError(f"on is {list(on)}, expected supports with a top, or give poses")
+        checks.require(found, "on", list(on), "supports with a top, or give poses")
         return {name: pose for _, name, pose in sorted(found, key=lambda one: -one[0])}
 
     def _standing(self, turn: Rotation, place: Floats, up: Floats) -> Floats:
@@ -88,7 +88,7 @@ class Room:
         pose[:3, :3] = turn.as_matrix()
         pose[:3, 3] = place - middle + (up @ middle - (corners @ up).min() + ABOVE) * up
         left = DROP
-        while left > 0 and (gap := min(self._distances(self.state(pose, np.zeros(3))).values())):
+        while left > 0 and (gap := self.nearest(self.state(pose, np.zeros(3)))[0]):
             if gap < INSIDE:
                 break
             step = min(gap - INSIDE / 2, left)
@@ -96,17 +96,21 @@ class Room:
             left -= step
         return pose
 
-    def _distances(self, state: Floats) -> dict[str, float]:
-        return {o: self._world.distance(state, self._body, o) for o in self._others}
-
     def _tops(self, on: Iterable[str]) -> Iterator[tuple[str, Floats, Rotation]]:
         """Corners of the top of each convex part, (N, 3), of supports, and how that leans."""
         there = scenes.body_poses(self._scene, self._state)
         for name in on:
-            position, orientation = there[name]
             for part in scenes.shape_parts(self._shapes[name]):
-                corners = Rotation.from_quat(orientation).apply(part) + position
-                yield name, *_top_of(corners, self._frame[2])
+                yield name, *_top_of(moved(part, *there[name]), self._frame[2])
+
+
+def nearest_to(
+    bodies: Sequence[str], world: World, state: Floats, others: Sequence[str]
+) -> tuple[float, str]:
+    """How far some bodies are from the nearest other, which is named [m]; inf without others."""
+    gaps = {o: min(world.distance(state, body, o) for body in bodies) for o in others}
+    nearest = min(gaps, key=gaps.__getitem__, default="")
+    return gaps.get(nearest, np.inf), nearest
 
 
 def _top_of(corners: Floats, up: Floats) -> tuple[Floats, Rotation]:
@@ -118,9 +122,8 @@ def _top_of(corners: Floats, up: Floats) -> tuple[Floats, Rotation]:
     level = corners[heights > heights.max() - LEVEL]
     if len(level) >= len(top):
         return level, Rotation.identity()
-    lean, _ = Rotation.align_vectors(
-        [face[:3], np.cross(up, face[:3])], [up, np.cross(up, face[:3])]
-    )
+    across = np.cross(up, face[:3])
+    lean, _ = Rotation.align_vectors([face[:3], across], [up, across])
     return top, lean
 
 
@@ -132,11 +135,9 @@ def points_in(top: Floats, frame: Floats, spacing: float) -> list[tuple[float, F
     except (QhullError, ValueError):
         return []
     low, high = flat.min(axis=0), flat.max(axis=0)
-    if (count := float(np.prod(1.0 + (high - low) / spacing))) > MOST:
-        raise ValueError(
-            f"spacing is {spacing:g}, expected a larger one: it makes {count:.0f} candidates of a "
-            f"top, more than {MOST}"
-        )
+    count = float(np.prod(1.0 + (high - low) / spacing))
+    larger = f"a larger one: it makes {count:.0f} candidates of a top, more than {MOST}"
+    checks.require(count <= MOST, "spacing", spacing, larger)
     ways = [np.arange(0.0, (b - a) / 2 + 1e-9, spacing) for a, b in zip(low, high, strict=True)]
     sides = [np.unique(np.concatenate([-way, way])) for way in ways]
     points = 0.5 * (low + high) + np.stack(np.meshgrid(*sides, indexing="ij"), -1).reshape(-1, 2)
@@ -157,7 +158,76 @@ def named(poses: Mapping[str, ArrayLike] | ArrayLike) -> dict[str, Floats]:
     for name, pose in found.items():
         turn = pose[:3, :3]
         skew = np.abs(turn @ turn.T - np.eye(3)).max() + np.abs(pose[3] - [0, 0, 0, 1]).max()
-        if skew > ROUNDED or np.linalg.det(turn) < 0:
-            said = "a rotation and a place, with the last row 0, 0, 0, 1, and a scale of 1"
-            raise ValueError(f"poses[{name!r}] is {checks.shown(pose)}, expected {said}")
+        right = skew <= ROUNDED and np.linalg.det(turn) >= 0
+        said = "a rotation and a place, with the last row 0, 0, 0, 1, and a scale of 1"
+        checks.require(right, f"poses[{name!r}]", pose, said)
     return found
+
+
+class Release:
+    """A hand that holds a body of a scene, and what it does to let it go."""
+
+    def __init__(
+        self, scene: Scene, body: str, hand: Hand | str, grasp: ArrayLike, protocol: Protocol | str
+    ) -> None:
+        """`grasp`: the grasp frame in the body's frame, (4, 4). Raises ValueError if the hand does
+        not close on the body there, and on names that the scene has already."""
+        own = next(one for one in scene.bodies if one.name == body)
+        thing = GraspObject(own.shape, own.mass, own.friction, own.inertial)
+        self._grip = grip(hand, thing, grasp, protocol, step=scene.step)
+        self._body, self._old = body, scene
+        self.scene = scene.with_body(body)  # a copy
+        """With the hand."""
+        held = self._grip.hand
+        self.fitted = held.add_to(self.scene, force=held.force, opening=np.nan)
+        self._world = World(self.scene)
+
+    def begin(self, state: Floats, after: float) -> tuple[str | None, Asked]:
+        """From a state without the hand: what is in the hand's way; and the scene, the state, the
+        plan and the duration, `after` [s] it has let go."""
+        held = self.state(state)
+        plan = self.plan(held, after)
+        return self.blocked_by(held), (self.scene, held, plan, plan.duration)
+
+    def state(self, state: Floats) -> Floats:
+        """A state of the scene without the hand, with the hand where it holds the body."""
+        found = self.scene.pack()
+        links = {joint.child for joint in self._old.joints}
+        for one in self._old.bodies:
+            if one.name not in links and (one.kinematic or not one.fixed):
+                found[self.scene.slice(one.name)] = state[self._old.slice(one.name)]
+        for joint in self._old.joints:
+            if joint.type != "fixed" and joint.mimic is None:
+                at = self.scene.joint_slice(joint.name)
+                found[at] = state[self._old.joint_slice(joint.name)]
+        for name, position in self._grip.joints.items():
+            found[self.scene.joint_slice(name)] = position, 0.0
+        base = pose_of(self._old, state, self._body) @ self._grip.base
+        row = found[self.scene.slice(self.fitted.base)]
+        turn = Rotation.from_matrix(base[:3, :3]).as_quat()
+        turn = -turn if turn[0] > 0 else turn  # (1, 0, 0, 0) would look like one in another order
+        row[:3], row[3:7], row[7:] = base[:3, 3], turn, 0.0
+        return np.asarray(found)
+
+    def plan(self, state: Floats, after: float) -> Plan:
+        """What the hand does from a state on, and `after` [s] it has let go."""
+        step = self.scene.step
+        base = pose_of(self.scene, state, self.fitted.base)
+        rows = self._grip.protocol.rows((base @ self.fitted.frame)[:3, :3], step)
+        still = np.zeros((max(round(after / step), 1), 6))
+        shares = np.append(self._grip.protocol.shares(step), np.ones(len(still)))
+        ends = self.fitted.targets
+        targets = {name: shut + shares * (wide - shut) for name, (wide, shut) in ends.items()}
+        rows = np.concatenate([rows, still])
+        return Plan(step=step, targets=targets, velocities={self.fitted.base: rows})
+
+    def blocked_by(self, state: Floats) -> str | None:
+        """What the hand is in, if it is in something else than the body."""
+        others = [one.name for one in self._old.bodies if one.name != self._body]
+        distance, nearest = nearest_to(self.fitted.bodies, self._world, state, others)
+        return nearest if distance < -INSIDE else None
+
+
+def pose_of(scene: Scene, state: Floats, name: str) -> Floats:
+    """A body's pose, (4, 4)."""
+    return np.asarray(scenes.pose(*scenes.body_poses(scene, state)[name]))

@@ -1,33 +1,34 @@
-"""`em.settle`: is this at rest? What moves, how far, when, and where it ends."""
+"""`em.settle`: is this at rest? What moves, how far, when, and where it ends.
+
+`Drops` let a body fall on a plane, and say how it comes to lie.
+"""
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
 
-from energymargin import Cancel, Scene, World, scenes
-from energymargin.base.checks import positive_number
+from energymargin import Cancel, Cancelled, Inertial, Scene, World, scenes
+from energymargin.base.checks import by_name, positive_number, require
 from energymargin.base.limits import Limit
-from energymargin.base.reprs import Record
+from energymargin.base.plausibility import kept_warnings
 from energymargin.base.table_text import csv_text
-from energymargin.placing.boxes import (
-    Boxes,
-    Floats,
-    farthest,
-    lowest,
-    movable,
-    require_contacts,
-    up_of,
-)
+from energymargin.placing import boxes
+from energymargin.placing.boxes import Boxes, Floats, farthest, movable, up_of
 from energymargin.summary import Summarized
 
 LOOKS = 10  # within the time for which nothing may move
 DEEP = 1e-4  # m; overlaps that are told
 GAIN, FAINT = 2.1, 1e-6  # ways of a body that begins to fall: of a window and its first half; m
+GRAVITY = 9.81  # m/s^2
+ROCKING = 2e-3  # of the reach; a body that moves less within REST is at rest after a drop
+REST, LONGEST = 0.15, 5.0  # s
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ class RestingBody:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Settled(Record, Summarized):
+class Settled(Summarized):
     """How a scene came to rest."""
 
     scene: Scene
@@ -100,10 +101,7 @@ class Settled(Record, Summarized):
 
     def __getitem__(self, name: str) -> RestingBody:
         """A body by its name; KeyError if there is none that moves."""
-        known = {body.name: body for body in self.bodies}
-        if name not in known:
-            raise KeyError(f"{name!r} is no body that moves; there are: {', '.join(known)}")
-        return known[name]
+        return by_name(name, {body.name: body for body in self.bodies}, "body that moves")
 
     def to_csv(self) -> str:
         """A line for each body, in full precision."""
@@ -149,10 +147,9 @@ def settle(
     asked = {"tolerance": tolerance, "time": time, "still": still, "during": during}
     for name, value in asked.items():
         positive_number(name, value)
-    if time < during:
-        raise ValueError(f"time is {time:g}, expected at least during, {during:g}")
+    require(time >= during, "time", time, f"at least during, {during:g}")
     up_of(scene)
-    require_contacts(scene, "settle is asked")
+    boxes.require_contacts(scene, "settle is asked")
     if not movable(scene):
         raise ValueError("scene has no body that can move: is its base meant to be free?")
     start = np.array(scene.pack() if state is None else state, float)
@@ -176,7 +173,7 @@ class _Settling:
         self._world, self._scene, self._start = World(scene), scene, start
         self._names = movable(scene)
         self._boxes, self._still, self._tolerance = Boxes(scene, self._names), still, tolerance
-        self._bottom = lowest(scene, start)
+        self._bottom = boxes.lowest(scene, start)
         moving = [body.name for body in scene.bodies if body.kinematic]  # as a lift, which descends
         self._carriers = Boxes(scene, moving)
         self._first = self._anchor = self._boxes.at(start)
@@ -211,9 +208,9 @@ class _Settling:
         try:
             found = self._world.simulate(self.state, steps, record=record, **limit.rest())
         except (RuntimeError, TimeoutError):
+            self._complete = False
             if not limit.reached:
                 raise
-            self._complete = False
             return False
         begun = self._time
         for after, state in zip(found.times, found.states, strict=True):
@@ -239,36 +236,65 @@ class _Settling:
         here, there = (scenes.body_poses(self._scene, s) for s in (self._start, self.state))
         corners = self._boxes.at(self.state)
         ways = farthest(corners, self._first)
-        rest = self._rests(during)
         touching: dict[str, set[str]] = {name: set() for name in self._names}
         for c in self._world.contacts(self.state):
             for one, other in ((c.body_a, c.body_b), (c.body_b, c.body_a)):
                 if one in touching and c.normal_force > 0:
                     touching[one].add(other)
-        bodies = [
-            RestingBody(
-                name,
-                float(ways[k]),
-                angle_between(here[name][1], there[name][1]),
-                float(self._up @ (self._first[k] - corners[k]).mean(axis=0)),
-                float(self._moved_at[k]),
-                float(self._since[k]) if rest[k] else np.inf,
-                bool(self._out[k]),
-                tuple(sorted(touching[name])),
-            )
-            for k, name in enumerate(self._names)
-        ]
-        return Settled(
-            self._scene,
-            self._start,
-            self.state,
-            tuple(bodies),
-            self._overlaps,
-            self._tolerance,
-            *(self._time, self.steps, self._unconverged, self._complete),
-        )
+        turned = [angle_between(here[name][1], there[name][1]) for name in self._names]
+        dropped = [float(self._up @ way.mean(axis=0)) for way in self._first - corners]
+        rest_at = np.where(self._rests(during), self._since, np.inf)
+        moved_at, out = self._moved_at.tolist(), self._out.tolist()
+        on = [tuple(sorted(touching[name])) for name in self._names]
+        columns = (self._names, ways.tolist(), turned, dropped, moved_at, rest_at.tolist(), out, on)
+        bodies = [RestingBody(*row) for row in zip(*columns, strict=True)]
+        counts = (self._time, self.steps, self._unconverged, self._complete)
+        places = (self._start, self.state, tuple(bodies), self._overlaps)
+        return Settled(self._scene, *places, self._tolerance, *counts)
 
 
 def angle_between(one: ArrayLike, other: ArrayLike) -> float:
     """Angle between two orientations, unit quaternions [rad]."""
     return 2.0 * float(np.arccos(min(abs(float(np.dot(one, other))), 1.0)))
+
+
+@dataclass(frozen=True, eq=False)
+class Drops:
+    """Drops of a body on a plane, by their numbers."""
+
+    shape: Any
+    mass: float
+    friction: float
+    inertial: Inertial | None
+    slope: float
+    height: float
+    seed: int
+    normals: Floats
+    """Of its faces, (N, 3)."""
+    reach: float
+    """From its centre of mass [m]."""
+
+    def ends(self, numbers: Sequence[int], cancel: Cancel) -> list[int]:
+        """The face that is down in the end, of each; once it is cancelled, of those that ended."""
+        down = GRAVITY * np.array([np.sin(self.slope), 0, -np.cos(self.slope)])
+        scene = Scene(down, friction_rule="max")
+        scene.add_plane("plane", friction=self.friction)
+        body: dict[str, Any] = {"mass": self.mass, "inertial": self.inertial}
+        scene.add_body("object", self.shape, friction=self.friction, **body)
+        points = np.concatenate(scenes.shape_parts(self.shape))
+        rule: dict[str, Any] = {"still": ROCKING * self.reach, "during": REST}
+        found = list[int]()
+        for number in numbers:
+            turn = Rotation.random(random_state=np.random.default_rng([self.seed, number]))
+            start = {"position": (0, 0, self.height - turn.apply(points)[:, 2].min())}
+            state = scene.pack(object=start | {"orientation": turn.as_quat()})
+            try:
+                with kept_warnings():  # which each of many drops would repeat
+                    end = settle(scene, state, time=LONGEST, **rule, cancel=cancel)
+            except Cancelled:
+                break
+            if not end.complete:
+                break
+            there = Rotation.from_quat(scene.unpack(end.state)["object"]["orientation"])
+            found.append(int(np.argmax(self.normals @ there.inv().apply([0, 0, -1.0]))))
+        return found

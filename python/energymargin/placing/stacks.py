@@ -5,40 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from energymargin import (
-    Cancel,
-    Cancelled,
-    CriticalValue,
-    Plan,
-    Problem,
-    Scene,
-    capture_probability,
-    critical_value,
-    critical_values,
-    regions,
-    scenes,
-)
+import energymargin as em
+from energymargin import CriticalValue, Plan, Problem, Scene, regions, scenes
 from energymargin.base import checks
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import warn
-from energymargin.base.reprs import Record
 from energymargin.base.table_text import csv_text
 from energymargin.disturbances import Uniform
 from energymargin.executors import Executor
-from energymargin.placing.boxes import (
-    Floats,
-    center_of,
-    frame_of,
-    movable,
-    require_contacts,
-    up_of,
-)
+from energymargin.placing import boxes
+from energymargin.placing.boxes import Asked, Floats, center_of, frame_of, movable, up_of
 from energymargin.placing.pushes import Push, Pushes
 from energymargin.placing.settling import settle
 from energymargin.summary import Summarized
@@ -53,7 +35,7 @@ HOLD = 0.3  # s, of a knock at most
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class StackRobustness(Record, Summarized):
+class StackRobustness(Summarized):
     """What each body of a stack takes, and how much its support may move."""
 
     scene: Scene
@@ -77,10 +59,7 @@ class StackRobustness(Record, Summarized):
 
     def __getitem__(self, body: str) -> Push:
         """The least push of a body; KeyError if it has none."""
-        asked = {push.body: push for push in self.pushes}
-        if body not in asked:
-            raise KeyError(f"{body!r} is not asked; there are: {list(asked)}")
-        return asked[body]
+        return checks.by_name(body, {push.body: push for push in self.pushes}, "body that is asked")
 
     def to_csv(self) -> str:
         """A line for each body, in full precision."""
@@ -105,7 +84,7 @@ def stack_robustness(
     executor: Executor | None = None,
     progress: Callable[[int, int], None] | None = None,
     timeout: float | None = None,
-    cancel: Cancel | None = None,
+    cancel: em.Cancel | None = None,
 ) -> StackRobustness:
     """Which body of a stack falls most easily, whom it takes along, what the support may do.
 
@@ -147,18 +126,18 @@ def stack_robustness(
     for name in checks.names_of("support", support):
         checks.one_of("support", name, tuple(SUPPORT))
     start = np.array(scene.pack() if state is None else state, float)
-    require_contacts(scene, "stack_robustness is asked")
+    boxes.require_contacts(scene, "stack_robustness is asked")
     pushing = Pushes(scene, start, limit)
-    given = checks.names_of("bodies", bodies or ())
-    asked = [checks.one_of("bodies", body, pushing.names) for body in given]
     free = [body for body in objects if body in pushing.names]
-    asked = free if bodies is None else asked
+    asked = free if bodies is None else checks.names_of("bodies", bodies)
+    for body in asked:
+        checks.one_of("bodies", body, pushing.names)
     place = checks.positive_number("radius", radius), checks.positive_number("angle", angle)
     checks.not_negative_number("knock", knock)
     checks.positive_number("horizon", horizon)
     checks.open_share("probability", probability)
-    options: dict[str, Any] = {"probability": probability, "seed": checks.seed_number(seed)}
-    options |= {"threads": threads, "executor": executor}
+    options: Any = {"probability": probability, "threads": threads, "executor": executor}
+    options["seed"] = checks.seed_number(seed)
     _check_rest(scene, start, limit)
     ways = np.concatenate([np.zeros((0, 3)), *map(pushing.ways, free)])
     asking = _Support(scene, start, ways, horizon, place, knock, options, limit)
@@ -171,14 +150,14 @@ def stack_robustness(
             done.append(question())
             if progress is not None:
                 progress(len(done), len(questions))
-    except (TimeoutError, Cancelled):
+    except (TimeoutError, em.Cancelled):
         if not done[: len(asked)]:
             raise
     pushes = tuple(sorted(done[: len(asked)], key=lambda push: push.effort))
     found = dict(zip([*support, "speed"], done[len(asked) :], strict=False))
     tilt, acceleration, speed = (found.get(name) for name in (*SUPPORT, "speed"))
-    complete = len(done) == len(questions)
-    return StackRobustness(scene, start, pushes, tilt, acceleration, speed, complete)
+    whole = len(done) == len(questions)
+    return StackRobustness(scene, start, pushes, tilt, acceleration, speed, whole)
 
 
 def _check_rest(scene: Scene, start: Floats, limit: Limit) -> None:
@@ -216,26 +195,24 @@ class _Support:
                 continue
             while high - low > ROUGH * FINE * most:
                 middle = 0.5 * (low + high)
-                holds = self._holds(name, way, middle)
-                low, high = (middle, high) if holds else (low, middle)
+                low, high = (middle, high) if self._holds(name, way, middle) else (low, middle)
             worst, least = way, high
         problem_of = partial(self._problem, name, worst)
-        return critical_value(problem_of, name, (0.0, most), unit=unit, **self._asked())
+        return em.critical_value(problem_of, name, (0.0, most), unit=unit, **self._asked())
 
     def fastest(self, plan: Plan, carrier: str | None) -> CriticalValue:
         """How many times faster a plan of the support may be played."""
         problem = self._asks(plan, plan.duration, carrier)
-        return critical_values(problem, {"speed": SPEEDS}, **self._asked())[0]
+        return em.critical_values(problem, {"speed": SPEEDS}, **self._asked())[0]
 
     def _asked(self) -> dict[str, Any]:
-        alike: dict[str, Any] = {"draws": QUIET, "probability": 0.5}  # as all draws are
-        knocks = {} if self.knock else alike
-        return {**self.options, **self.limit.rest(), "disturbance": Uniform(self.knock), **knocks}
+        alike = {} if self.knock else {"draws": QUIET, "probability": 0.5}  # as all draws are
+        return {**self.options, **self.limit.rest(), "disturbance": Uniform(self.knock), **alike}
 
     def _holds(self, name: str, way: Floats, value: float) -> bool:
         problem = self._problem(name, way, value)
         asked: dict[str, Any] = {"rollouts": 1, "disturbance": Uniform(0.0), "undisturbed": False}
-        found = capture_probability(problem, threads=1, **asked, **self.limit.rest())
+        found = em.capture_probability(problem, threads=1, **asked, **self.limit.rest())
         return found.captured > 0.5
 
     def _problem(self, name: str, way: Floats, value: float) -> Problem:
@@ -245,77 +222,59 @@ class _Support:
             gravity = float(np.linalg.norm(self.scene.gravity))
             change = gravity * (np.sin(value) * way + (1.0 - np.cos(value)) * up_of(self.scene))
         masses = {body.name: body.mass for body in self.scene.bodies}
-        rows = {
-            body: np.concatenate([masses[body] * change, np.zeros(3)])[None]
-            for body in movable(self.scene)
-        }
+        way = np.append(change, np.zeros(3))[None]
+        rows = {body: masses[body] * way for body in movable(self.scene)}
         return self._asks(Plan(self.horizon, wrenches=rows), self.horizon, None)
 
     def _asks(self, plan: Plan, horizon: float, carrier: str | None) -> Problem:
-        there, hold = (self.scene, self.state), min(HOLD, horizon)
-        return staying(there, (*there, plan, horizon), self.place, hold=hold, carrier=carrier)
+        there, places = (self.scene, self.state), Places(*self.place, carrier)
+        return staying(there, (*there, plan, horizon), places, min(HOLD, horizon))
 
 
-def staying(
-    meant: tuple[Scene, Floats],
-    asked: tuple[Scene, Floats, Plan | None, float],
-    place: tuple[float, float],
-    *,
-    hold: float,
-    carrier: str | None,
-    above: Mapping[str, float] = {},
-) -> Problem:
+class Places(NamedTuple):
+    """Where each object is to stay."""
+
+    radius: float
+    """Of the centre of mass along each axis [m]."""
+    angle: float
+    """By which it may lean [rad]."""
+    carrier: str | None
+    """The body that carries the objects, from which they are seen."""
+    above: Mapping[str, float] = {}
+    """By object, how much farther up it may be [m]."""
+
+    def of(self, scene: Scene, state: Floats, body: Any) -> regions.Region:
+        """The states in which a body stays where it is in this one."""
+        frame, there = frame_of(scene), scene.unpack(state)[body.name]
+        center, up = center_of(body, there), frame[2]
+        own_up = Rotation.from_quat(there["orientation"]).inv().apply(up)
+        if self.carrier is not None:
+            position, orientation = scenes.body_poses(scene, state)[self.carrier]
+            back = Rotation.from_quat(orientation).inv()
+            frame, center, up = back.apply(frame), back.apply(center - position), back.apply(up)
+        region = regions.Tilt(body.name, own_up, up, self.angle, self.carrier)
+        more = (0.0, 0.0, self.above.get(body.name, 0.0), 0.0, 0.0, 0.0)
+        for axis, further in zip((*frame, *-frame), more, strict=True):
+            reach = float(axis @ center) + self.radius + further
+            half = (body.name, axis, reach, self.carrier)
+            region &= regions.HalfSpace(*half, point="center_of_mass")
+        return region
+
+
+def staying(meant: tuple[Scene, Floats], asked: Asked, places: Places, hold: float) -> Problem:
     """Do all objects stay in their places, from a scene and a state on, for a plan and a horizon?
 
     Their places are about where they are in the state that is `meant`, whose scene may be without
-    the hand; `place`, `above` by object, and `carrier` are as of `place_of`.
+    the hand. `hold`: how long one draw of the disturbance acts [s].
     """
     scene, state, plan, horizon = asked
     bodies = [body for body in meant[0].bodies if body.role == "object"]
     gravity = float(np.linalg.norm(meant[0].gravity))
     weight = gravity * float(np.mean([body.mass for body in bodies]))
     free = np.min([body.linear_factor for body in bodies], axis=0) > 0  # axes that none has locked
-    captured = {
-        one.name: place_of(*meant, one, *place, above=above.get(one.name, 0.0), carrier=carrier)
-        for one in bodies
-    }
-    return Problem(
-        scene,
-        state,
-        captured=captured,
-        force=np.where(free, weight, 0.0),
-        torque=(0.0,) * 3,
-        duration=hold,
-        horizon=horizon,
-        plan=plan,
-    )
-
-
-def place_of(
-    scene: Scene,
-    state: Floats,
-    body: Any,
-    radius: float,
-    angle: float,
-    *,
-    above: float,
-    carrier: str | None,
-) -> regions.Region:
-    """The states in which a body's centre of mass is within `radius` [m] of where it is in this one
-    along each axis, or `above` that [m], and it leans by at most `angle` [rad], as seen from the
-    body that carries it."""
-    frame, there = frame_of(scene), scene.unpack(state)[body.name]
-    center, up = center_of(body, there), frame[2]
-    own_up = Rotation.from_quat(there["orientation"]).inv().apply(up)
-    if carrier is not None:
-        position, orientation = scenes.body_poses(scene, state)[carrier]
-        back = Rotation.from_quat(orientation).inv()
-        frame, center, up = back.apply(frame), back.apply(center - position), back.apply(up)
-    region = regions.Tilt(body.name, own_up, up, angle, carrier)
-    for axis, more in zip((*frame, *-frame), (0.0, 0.0, above, 0.0, 0.0, 0.0), strict=True):
-        reach = float(axis @ center) + radius + more
-        region &= regions.HalfSpace(body.name, axis, reach, carrier, point="center_of_mass")
-    return region
+    sets: Any = {"captured": {one.name: places.of(*meant, one) for one in bodies}}
+    bounds: Any = {"force": np.where(free, weight, 0.0), "torque": (0.0,) * 3}
+    return Problem(scene, state, **sets, **bounds, duration=hold, horizon=horizon, plan=plan)
 
 
 def carrier_of(scene: Scene, plan: Plan | None) -> str | None:
@@ -325,8 +284,7 @@ def carrier_of(scene: Scene, plan: Plan | None) -> str | None:
     moved = sorted(plan.velocities)
     kinematic = [body.name for body in scene.bodies if body.kinematic]
     if len(moved) != 1 or moved[0] not in kinematic:
-        raise ValueError(
-            f"plan moves {', '.join(moved) or 'nothing'}, expected velocities of one kinematic "
-            f"body, the support: {', '.join(kinematic) or 'the scene has none'}"
-        )
+        there = f"the support: {', '.join(kinematic) or 'the scene has none'}"
+        expected = f"expected velocities of one kinematic body, {there}"
+        raise ValueError(f"plan moves {', '.join(moved) or 'nothing'}, {expected}")
     return str(moved[0])

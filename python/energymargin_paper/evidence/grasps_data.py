@@ -14,9 +14,8 @@ from scipy.stats import uniform
 
 from energymargin._core import Box, Scene, World
 from energymargin.grasps import GraspBelief, GraspObject, GraspSet, Protocol, read
-from energymargin.grasps.hands import ParallelGripper
+from energymargin.grasps.hands import ParallelGripper, preset
 from energymargin.grasps.outcomes import Grasp
-from energymargin.grasps.presets import preset
 from energymargin.grasps.protocols import protocol_of
 from energymargin.grasps.scores import grasp_of
 from energymargin.grasps.trials import GraspTrials

@@ -19,7 +19,7 @@ from sliding import diverging
 
 import energymargin as em
 from energymargin import monitor
-from energymargin.act.monitor.conditions import SHARE, Pace
+from energymargin.act.monitor.stream import SHARE, Pace
 from energymargin.monitor import Alarm, Conditions, alarms, first_loss, threshold
 
 BENCH = Path(__file__).parents[3] / "python" / "bench" / "monitor.py"

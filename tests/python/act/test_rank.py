@@ -10,10 +10,9 @@ from scipy import stats
 from sliding import diverging, problem, still
 
 import energymargin as em
-from energymargin.act.draws import Draw, Question
+from energymargin.act.draws import Draw, Question, draw_chunk
 from energymargin.act.racing import Duel, beaten, beats, duel, looks
 from energymargin.act.ranking import Race
-from energymargin.act.trials import draw_chunk
 
 PUSHES = em.disturbances.Gaussian(force=3.0, correlation_time=0.5)
 PLACES = (0.0, 0.3, -0.5, 0.7, -0.9, 0.8)

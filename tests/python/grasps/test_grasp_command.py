@@ -25,7 +25,7 @@ from energymargin.cli.grasp_words import (
     chosen_rows,
 )
 from energymargin.grasps import HandFile, Motion, ParallelGripper
-from energymargin.grasps.presets import PANDA
+from energymargin.grasps.hands import PANDA
 from energymargin.grasps.protocols import LIFT
 from energymargin.summary import summary
 

@@ -67,13 +67,13 @@ def test_a_grasp_without_a_limit_says_so_and_the_others_have_theirs(tmp_path):
 
 def test_a_store_has_the_limits_of_grasps_and_nothing_is_asked_again(tmp_path, monkeypatch):
     asked = {"vary": {"force": (0.5, 20.0)}, "store": tmp_path / "limits.db", "threads": 1}
-    first, endings, made = grip(count=2, **asked), GraspTrials.endings, []
+    first, outcomes, made = grip(count=2, **asked), GraspTrials.outcomes, []
 
     def counted(*given):
         made.append(given)
-        return endings(*given)
+        return outcomes(*given)
 
-    monkeypatch.setattr(GraspTrials, "endings", counted)
+    monkeypatch.setattr(GraspTrials, "outcomes", counted)
     again = grip(count=2, **asked)
     assert not made
     for one, other in zip(first.limits["force"], again.limits["force"], strict=True):

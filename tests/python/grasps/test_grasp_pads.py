@@ -11,7 +11,7 @@ from urdf_files import BOX, INERTIAL, built, chain, joint, link
 import energymargin as em
 from energymargin.cli.grasp_words import chosen_hand
 from energymargin.grasps import GraspObject, GraspSet, Motion, ParallelGripper, Protocol, score
-from energymargin.grasps.presets import PANDA, PRESETS
+from energymargin.grasps.hands import PANDA, PRESETS
 
 HAND = ParallelGripper(opening=0.08, pad=(0.02, 0.02), force=20.0, pads=em.Pad())
 TURNING = Protocol([Motion("hold", 0.5)], angle=0.15)

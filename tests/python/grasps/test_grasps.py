@@ -25,7 +25,7 @@ from energymargin.grasps import (
     score,
 )
 from energymargin.grasps.belief import lab
-from energymargin.grasps.presets import PRESETS, preset
+from energymargin.grasps.hands import PRESETS, preset
 from energymargin.grasps.protocols import LIFT
 from energymargin.grasps.scores import grasp_of
 from energymargin.grasps.scoring import score_grasps
@@ -368,7 +368,7 @@ def test_trials_that_close_once_end_as_each_alone(protocol):
     )
     for number, pose in enumerate((moved(), moved(z=0.012), moved(y=0.018))):
         grasp = grasp_of(grasps(pose), 0)
-        together = trials.outcomes(grasp, 6)
+        together = trials.outcomes(grasp, range(6))
         alone = [trials.run(grasp, k) for k in range(6)]
         assert [o[:4] for o in together] == [o[:4] for o in alone], number
         assert sum(o.steps for o in together) < sum(o.steps for o in alone)

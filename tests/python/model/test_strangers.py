@@ -1,9 +1,7 @@
 """Files of strangers reach no other file, and no more memory than they have bytes for."""
 
-import io
 import json
 import os
-import tarfile
 
 import h5py
 import numpy as np
@@ -139,44 +137,6 @@ def test_the_shape_of_a_feature_is_bounded_before_it_is_used(tmp_path, shape):
     folder = lerobot_folder(tmp_path, shape)
     with pytest.raises(ValueError, match=r"'timestamp' has the shape .*, expected whole numbers"):
         recordings.read_lerobot(folder)
-
-
-def tar(tmp_path, *members, kind="gz"):
-    path = tmp_path / f"shard.tar.{kind}"
-    with tarfile.open(path, f"w:{kind}") as file:
-        for name, content, *more in members:
-            info = tarfile.TarInfo(name)
-            info.size = len(content)
-            info.pax_headers = more[0] if more else {}
-            file.addfile(info, io.BytesIO(content))
-    return path
-
-
-GRASPS = json.dumps({"object": {}, "grasps": {"transforms": POSES.tolist()}}).encode()
-
-
-@pytest.mark.parametrize("kind", ["gz", "bz2", "xz", ""])
-def test_a_packed_tar_file_is_read(tmp_path, kind):
-    read = grasps.read(tar(tmp_path, ("mug.grasps.json", GRASPS), kind=kind), frame="grasp")
-    assert len(read) == 3
-
-
-@pytest.mark.parametrize(
-    ("members", "message"),
-    [
-        ([("mug.grasps.json", b" " * 2**20)], r"mug\.grasps\.json has 1048576 bytes, expected at"),
-        ([("a", b"", {"comment": "x" * 2**20})], "asks for .* bytes at once, expected at most"),
-        ([(f"{k}.grasps.json", b"{}") for k in range(101)], "has more than 100 members"),
-        ([("a", b" " * 2**19)] * 9, "has more than 4194304 bytes when it is unpacked"),
-    ],
-)
-def test_what_a_tar_file_of_a_stranger_unpacks_to_is_bounded(
-    tmp_path, monkeypatch, members, message
-):
-    for name, value in (("MOST_TEXT", 2**19), ("MOST_MEMBERS", 100), ("MOST_UNPACKED", 2**22)):
-        monkeypatch.setattr(f"energymargin.grasps.shards.{name}", value)
-    with pytest.raises(ValueError, match=message):
-        grasps.read(tar(tmp_path, *members), frame="grasp")
 
 
 def test_mappings_that_take_in_others_are_refused_in_yaml(tmp_path):

@@ -11,11 +11,9 @@ from energymargin.base.errors import needs_extra
 with needs_extra("em.gym", "gym"):
     import gymnasium  # noqa: F401
 
-from energymargin.act.gym.channels import CHANNELS, Channel
-from energymargin.act.gym.environment import ScriptedFuture, TaskEnv, present, register_environments
+from energymargin.act.gym.environment import CHANNELS, Channel, ScriptedFuture, TaskEnv, present
 from energymargin.act.gym.wrapper import CaptureWrapper
 
 __all__ = ["CHANNELS", "CaptureWrapper", "Channel", "ScriptedFuture", "TaskEnv", "present"]
 
 check_doors(globals(), __all__)
-register_environments()

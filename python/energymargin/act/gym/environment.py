@@ -1,12 +1,15 @@
 """A task as an environment of gymnasium: its start, its scene, and an agent in place of its script.
 
 Between two control steps the action is held. Everything random comes from `np_random`, in the order
-of the task's own trajectories: `reset(seed=3)` starts as `task.rollout(seed=3)` does.
+of the task's own trajectories: `reset(seed=3)` starts as `task.rollout(seed=3)` does. The numbers
+of an action are channels: what of the drive is the agent's, and within which bounds. What is not,
+such as the table that sinks under a grasp, follows the task's script.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import deepcopy
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -18,9 +21,9 @@ from numpy.typing import NDArray
 
 from energymargin import tasks
 from energymargin._core import Plan, Problem, World
-from energymargin.act.gym.channels import CHANNELS, Channel, acted, action_of
-from energymargin.base.checks import numbers_of, one_of, positive_number
+from energymargin.base.checks import numbers_of, one_of, positive_number, require, whole_number
 from energymargin.model.plans import control_period, nearest_steps, whole_steps
+from energymargin.tasks import balance, grasp, push, push_multi, scoop, topple
 from energymargin.tasks.base import Params, Regions, inside
 from energymargin.tasks.scripted import Drive, ScriptedTask
 
@@ -28,8 +31,104 @@ CONTROL_STEP = 10 / 240  # s; ten steps of the simulation, 24 Hz
 PATIENCE = 1.0  # s; pushes that succeed had their box outside for as long as that
 DPI = 100
 DETAIL = 80  # cells of the sets in a picture; a film needs no more
+WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One number of an action: of the wrench on a body, or the target of a joint.
+
+    Raises ValueError unless it is of a body or of a joint, with finite bounds.
+    """
+
+    low: float
+    """The least [N, N m, rad or m]."""
+    high: float
+    """The most, in the same unit."""
+    body: str | None = None
+    """Body on which the wrench acts."""
+    axis: int = 0
+    """Number of the wrench's axis: 0 to 2 are forces on x, y and z, 3 to 5 torques about them."""
+    joint: str | None = None
+    """Joint whose control gets the target."""
+    offset: float = 0.0
+    """What acts when the number is 0, such as the force that holds a weight."""
+
+    @property
+    def name(self) -> str:
+        """Among the commanded numbers of em.Policy."""
+        return self.joint or f"{self.body}.{WRENCH[self.axis]}"
+
+    def __post_init__(self) -> None:
+        """Checks them."""
+        if (self.body is None) == (self.joint is None):
+            raise ValueError(f"{self} is of a body and a joint, or of none: expected one of them")
+        whole_number("axis", self.axis, 0, 5)
+        if not (np.isfinite([self.low, self.high]).all() and self.low < self.high):
+            raise ValueError(f"low is {self.low} and high {self.high}, expected finite low < high")
+
+
+def acted(
+    drive: Drive, channels: Sequence[Channel], action: NDArray[np.float64], rows: int | None = None
+) -> Drive:
+    """The drive, with the action in its channels in the first rows, or in all."""
+    copied = deepcopy(drive)
+    for channel, number in zip(channels, action, strict=True):
+        _rows(copied, channel)[:rows] = channel.offset + number
+    return copied
+
+
+def _rows(drive: Drive, channel: Channel) -> NDArray[np.float64]:
+    """A channel's numbers of each step, shape (steps,): a view of the drive's."""
+    if channel.joint:
+        return drive.targets[channel.joint]
+    return drive.wrenches[channel.body or ""][:, channel.axis]
+
+
+def action_of(drive: Drive, channels: Sequence[Channel]) -> NDArray[np.float64]:
+    """The action that does what a drive does on average, as near as the bounds let it."""
+    numbers = np.array([np.mean(_rows(drive, one)) - one.offset for one in channels])
+    return np.asarray(np.clip(numbers, [c.low for c in channels], [c.high for c in channels]))
+
+
+def _force(body: str, *bounds: tuple[float, float]) -> tuple[Channel, ...]:
+    """On x, y and so on, within bounds [N]."""
+    return tuple(Channel(low, high, body, axis) for axis, (low, high) in enumerate(bounds))
+
+
+def _joint(name: str, opened: float, clenched: float) -> Channel:
+    """Between both ends of the script's targets, and its noise beyond them [rad]."""
+    low, high = sorted((opened, clenched * grasp.CLENCH_RANGE[1]))
+    return Channel(low - grasp.TARGET_NOISE, high + grasp.TARGET_NOISE, joint=name)
+
+
+# As much as the script ever pushes ahead, and a third of that to both sides.
+PUSH_MOST = push.DRIVE_AHEAD_RANGE[1] * push.FRICTION_RANGE[1] / push.FRICTION_MIDDLE  # N
+BALANCE_WEIGHT = -balance.SUPPORT_MASS * balance.GRAVITY[1]  # N
+BAR_MOST = 2 * push_multi.FORCE_SPREAD  # N; twice the script's noise, which is more than its push
+SCOOP_MOST = (3.0, 1.0, 3.0)  # m/s^2; the script needs at most 1.2, in its shortest bend
+
+CHANNELS: dict[str, tuple[Channel, ...]] = {
+    "push": _force("effector", (-PUSH_MOST / 3, PUSH_MOST / 3), (0.0, PUSH_MOST)),
+    "balance": (
+        Channel(*balance.LIFT_RANGE, "effector", 1, offset=BALANCE_WEIGHT),
+        Channel(-balance.TORQUE_SPREAD, balance.TORQUE_SPREAD, "effector", 5),
+    ),
+    "topple": (Channel(0.0, topple.PUSH_RANGE[1], "base", 0),),
+    "grasp": tuple(
+        _joint(f"finger_{finger}_joint_{number}", *ends)
+        for finger in grasp.FINGERS
+        for number, ends in enumerate(zip(grasp.OPEN, grasp.CLENCHED, strict=True), 1)
+    ),
+    "scoop": _force("scoop", *((-scoop.SCOOP_MASS * a, scoop.SCOOP_MASS * a) for a in SCOOP_MOST)),
+    "push-multi": (
+        *_force("bar", *[(-BAR_MOST, BAR_MOST)] * 2),
+        Channel(-push_multi.TORQUE_SPREAD, push_multi.TORQUE_SPREAD, "bar", 5),
+    ),
+}
+"""By task, the channels of its environment."""
 
 
 class TaskEnv(gymnasium.Env[Array, Array]):
@@ -46,10 +145,8 @@ class TaskEnv(gymnasium.Env[Array, Array]):
     their success sets), and "lost" (whether the patience is over).
     """
 
-    metadata: dict[str, Any] = {  # noqa: RUF012  (gymnasium's type)
-        "render_modes": ["rgb_array"],
-        "render_fps": round(1 / CONTROL_STEP),
-    }
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"]}  # noqa: RUF012  (gymnasium's type)
+    metadata["render_fps"] = round(1 / CONTROL_STEP)
     state: Array
     """Where the scene is, shape (n,)."""
     start: Array
@@ -59,8 +156,9 @@ class TaskEnv(gymnasium.Env[Array, Array]):
     control_step: float
     """For how long an action is held [s], in the mean."""
     _done: int
-    _actions: int
     """Steps of the simulation."""
+    _actions: int
+    """Steps of control."""
     _outside: float
     """Since an object was captured [s]."""
     _seen: Array | None
@@ -97,11 +195,8 @@ class TaskEnv(gymnasium.Env[Array, Array]):
             raise ValueError(f"parameters are {parameters}, expected none with a task that is made")
         self.task = made
         self.channels = tuple(CHANNELS.get(made.name, ()) if channels is None else channels)
-        if not self.channels:
-            raise ValueError(
-                f"channels is {channels!r}, expected what the agent drives: task {made.name!r} has "
-                "none of its own"
-            )
+        expected = f"what the agent drives: task {made.name!r} has none of its own"
+        require(self.channels, "channels", channels, expected)
         self.control_step = control_period("control_step", control_step, self.task.step)
         self.patience = positive_number("patience", patience)
         if render_mode is not None:
@@ -157,17 +252,12 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         """
         driven = {channel.body or channel.joint for channel in self.channels}
         script = self.task.script(self.params)
-        others = sorted({*script.wrenches, *script.targets} - driven)
-        if others:
-            raise ValueError(
-                f"env is of a task whose script drives {others[0]!r} too, expected one whose "
-                "drives are all the agent's"
-            )
-        return {
-            "command": [channel.name for channel in self.channels],
-            "convert": partial(np.add, [channel.offset for channel in self.channels]),
-            "period": self.control_step,
-        }
+        for other in sorted({*script.wrenches, *script.targets} - driven):
+            way = "expected one whose drives are all the agent's"
+            raise ValueError(f"env is of a task whose script drives {other!r} too, {way}")
+        convert = partial(np.add, [channel.offset for channel in self.channels])
+        command = [channel.name for channel in self.channels]
+        return {"command": command, "convert": convert, "period": self.control_step}
 
     def present(self) -> Problem:
         """The question of the task at this state, without a clock."""
@@ -188,9 +278,8 @@ class TaskEnv(gymnasium.Env[Array, Array]):
             drive = Drive(plan.wrenches, plan.targets)
             held = acted(drive, self.channels, self._checked(action), min(rows, plan.rows))
             plan = Plan(plan.step, wrenches=held.wrenches, targets=held.targets)
-        asked = {"horizon": horizon, "plan": plan, "effector": "coast"}
-        scene, captured = self._world.scene, self._captured
-        return self.present().replace(captured=captured, scene=scene, **asked)
+        world: Any = {"captured": self._captured, "scene": self._world.scene}
+        return self.present().replace(horizon=horizon, plan=plan, effector="coast", **world)
 
     def render(self) -> Any:
         """The state as a picture, shape (height, width, 3) of bytes; None without a render mode."""
@@ -223,7 +312,8 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         self._captured: Regions = self.task.captured_throughout(self.params)
         self._succeeded: Regions = self.task.succeeded(self.params)
         self.state = self.start.copy()
-        self._done, self._actions, self._outside, self._seen = 0, 0, 0.0, None
+        self._done, self._actions = 0, 0
+        self._outside, self._seen = 0.0, None
 
     def _driven(self, state: Array, drive: Drive, steps: int) -> Array:
         """A state, and where so many steps of a drive take it, shape (2, n)."""
@@ -246,17 +336,13 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         return np.asarray(np.clip(numbers, *self._bounds))
 
     def _info(self) -> dict[str, Any]:
-        return {
-            "time": self.time,
-            "captured": any(self._inside(self._captured)),
-            "success": all(self._inside(self._succeeded)),
-            "lost": self._outside >= self.patience - self.task.step / 2,
-        }
+        captured, success = any(self._inside(self._captured)), all(self._inside(self._succeeded))
+        lost = self._outside >= self.patience - self.task.step / 2
+        return {"time": self.time, "captured": captured, "success": success, "lost": lost}
 
     def _inside(self, sets: Regions) -> list[bool]:
         """Whether the state is in the set of each object, or in that of all together."""
-        found: list[bool] = inside(sets, self._world.scene, self.state).tolist()
-        return found
+        return list(map(bool, inside(sets, self._world.scene, self.state)))
 
 
 @dataclass(frozen=True)
@@ -285,24 +371,17 @@ def present(env: gymnasium.Env[Any, Any]) -> Problem:
     return task_env(env).present()
 
 
-def register_environments() -> None:
-    """`EnergyMarginPush-v0` and the others, one for each task with channels; once."""
-    for name in CHANNELS:
-        identifier = f"EnergyMargin{name.title().replace('-', '')}-v0"
-        if identifier not in gymnasium.registry:
-            gymnasium.register(
-                identifier,
-                entry_point="energymargin.act.gym.environment:TaskEnv",
-                kwargs={"task": name},
-            )
-
-
 def task_env(env: gymnasium.Env[Any, Any]) -> TaskEnv:
     """The environment of this package inside of wrappers. Raises ValueError on another."""
     inner = env.unwrapped
     if not isinstance(inner, TaskEnv):
-        raise ValueError(
-            f"env is {env}, expected one of energymargin; for another write problem_of(env), "
-            "which returns a Problem of its state"
-        )
+        way = "for another write problem_of(env), which returns a Problem of its state"
+        raise ValueError(f"env is {env}, expected one of energymargin; {way}")
     return inner
+
+
+# `EnergyMarginPush-v0` and the others, one for each task with channels; once.
+for name in CHANNELS:
+    identifier = f"EnergyMargin{name.title().replace('-', '')}-v0"
+    if identifier not in gymnasium.registry:
+        gymnasium.register(identifier, f"{__name__}:TaskEnv", kwargs={"task": name})

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from math import nan
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal, TypeVar, get_args
 
 import gymnasium
 import numpy as np
@@ -17,24 +18,11 @@ from gymnasium import spaces
 from gymnasium.utils import RecordConstructorArgs
 
 from energymargin._core import Problem
-from energymargin.act.choosing import (
-    LEAST_CONFIDENCE,
-    Candidates,
-    Choice,
-    Noise,
-    SafestAction,
-    candidates_of,
-)
+from energymargin.act import choosing
+from energymargin.act.choosing import Candidates, Choice, Noise, SafestAction
+from energymargin.act.draws import OF_ROLLOUTS
 from energymargin.act.gym.environment import ScriptedFuture
-from energymargin.act.trials import OF_ROLLOUTS
-from energymargin.base.checks import (
-    core_count,
-    finite_number,
-    function_of,
-    one_of,
-    share,
-    whole_number,
-)
+from energymargin.base import checks
 from energymargin.base.metrics import TIMED, check_metrics, is_likelihood
 from energymargin.disturbances import Disturbance
 from energymargin.evaluate.divergence import is_unknown
@@ -42,7 +30,6 @@ from energymargin.evaluate.searches import SearchSettings, chosen_metrics, metri
 from energymargin.model.policies import Policy
 
 Shaping = Literal["potential", "additive"]
-SHAPINGS = ("potential", "additive")
 OWN_STREAM = 0x636170747572  # so that the wrapper's draws are not the environment's
 SPREAD = 0.25  # of noise, in half the width of the action space
 
@@ -123,35 +110,32 @@ class CaptureWrapper(gymnasium.Wrapper[ObsType, ActType, ObsType, ActType], Reco
         RecordConstructorArgs.__init__(self, _disable_deepcopy=True, **given)
         super().__init__(env)
         asked = ScriptedFuture() if problem_of is None else problem_of
-        self._problem_of: Any = function_of("problem_of", asked, "env")
+        self._problem_of: Any = checks.function_of("problem_of", asked, "env")
         if policy is not None and not isinstance(policy, Policy):
             policy = Policy.from_gymnasium(env, policy)
         self._policy: Policy | None = policy
         if candidates is not None and policy is None:
-            function_of("problem_of", asked, "env", "action")
+            checks.function_of("problem_of", asked, "env", "action")
         check_metrics([metric or "probability"])
         self._metric = metric
-        self._weight = finite_number("reward_weight", reward_weight)
+        self._weight = checks.finite_number("reward_weight", reward_weight)
         if self._weight and (metric is None or not is_likelihood(metric)):
-            raise ValueError(
-                f"reward_weight is {reward_weight!r} with metric {metric!r}, expected a likelihood "
-                "in the reward: an effort may be infinite, and a force score has no bound"
-            )
-        self._shaping = one_of("shaping", shaping, SHAPINGS)
-        if not 0 <= discount <= 1:
-            raise ValueError(f"discount is {discount!r}, expected a number from 0 to 1")
+            why = "an effort may be infinite, and a force score has no bound"
+            said = f"reward_weight is {reward_weight!r} with metric {metric!r}"
+            raise ValueError(f"{said}, expected a likelihood in the reward: {why}")
+        self._shaping = checks.one_of("shaping", shaping, get_args(Shaping))
+        checks.require(0 <= discount <= 1, "discount", discount, "a number from 0 to 1")
         self._discount = float(discount)
         self._settings = SearchSettings() if settings is None else settings
-        self._disturbance = disturbance
-        self._threads = core_count("threads", threads)
+        self._disturbance, self._threads = disturbance, checks.core_count("threads", threads)
         self._candidates: Candidates | None = None
         if callable(candidates):
-            self._candidates = function_of(
-                "candidates", candidates, "observation", "action", "random"
-            )
+            takes = ("observation", "action", "random")
+            self._candidates = checks.function_of("candidates", candidates, *takes)
         elif candidates is not None:
-            self._candidates = _noise(whole_number("candidates", candidates, 1), env.action_space)
-        share("confidence", confidence, LEAST_CONFIDENCE)
+            count = checks.whole_number("candidates", candidates, 1)
+            self._candidates = _noise(count, env.action_space)
+        checks.share("confidence", confidence, choosing.LEAST_CONFIDENCE)
         self._safest = SafestAction(self._settings, disturbance, confidence, threads=self._threads)
         self._random: np.random.Generator | None = None
         self._observation: ObsType | None = None
@@ -195,7 +179,8 @@ class CaptureWrapper(gymnasium.Wrapper[ObsType, ActType, ObsType, ActType], Reco
         problem, score = self._problem(), {"score": nan}
         if problem is not None:
             settings = replace(self._settings, seed=self._seed())
-            score = score_of(problem, self._metric, settings, self._disturbance, self._threads)
+            asked: Any = {"disturbance": self._disturbance, "threads": self._threads}
+            score = score_of(problem, self._metric, settings, **asked)
         return {"capture": score}
 
     def _problem(self, *action: Any) -> Any:
@@ -212,21 +197,14 @@ class CaptureWrapper(gymnasium.Wrapper[ObsType, ActType, ObsType, ActType], Reco
         """The action to take, and how it was chosen, for `info`."""
         if self._candidates is None:
             return action, {}
-        others = candidates_of(self._candidates, self._observation, action, self._drawing())
-        actions, seed = [action, *others], self._seed()
+        asked = (self._candidates, self._observation, action, self._drawing())
+        actions, seed = [action, *choosing.candidates_of(*asked)], self._seed()
         problem, choice = self._problem(action), Choice(0, np.full(len(actions), nan))
         if problem is not None:
-            choice = self._safest.of(
-                len(actions),
-                lambda number: self._problem(actions[number]) if number else problem,
-                seed,
-            )
-        told = {
-            "chosen": choice.number,
-            "changed": choice.number > 0,
-            "probabilities": choice.probabilities,
-            "diverged": choice.diverged,
-        }
+            others = (partial(self._problem, one) for one in actions[1:])
+            choice = self._safest.of([lambda: problem, *others], seed)
+        told: dict[str, Any] = {"chosen": choice.number, "changed": choice.number > 0}
+        told |= {"probabilities": choice.probabilities, "diverged": choice.diverged}
         return actions[choice.number], {"filter": told}
 
     def _seed(self) -> int:
@@ -245,36 +223,30 @@ def _potential(told: dict[str, Any]) -> float:
 
 
 def score_of(
-    problem: Problem,
-    metric: str,
-    settings: SearchSettings,
-    disturbance: Disturbance | None = None,
-    threads: int = 1,
+    problem: Problem, metric: str, settings: SearchSettings, **asked: Any
 ) -> dict[str, float]:
     """ "score" and, of a probability, "low" and "high", the ends of its 95 % interval, and
     "diverged", how many of its rollouts diverged; NaN but for that one if too many did.
 
-    Raises ValueError on a problem that lacks what the metric asks about.
+    `asked`: disturbance and threads. Raises ValueError on a problem that lacks what the metric asks
+    about.
     """
     chosen_metrics([problem], [metric])
     settings = replace(settings, common_random_numbers=True)
     timed = OF_ROLLOUTS if metric in TIMED else {}
-    found = metric_search(
-        problem, metric, settings, 0, disturbance=disturbance, threads=threads, **timed
-    )
+    found = metric_search(problem, metric, settings, 0, **asked, **timed)
     if metric not in TIMED:
         return {"score": value_of(metric, found)}
-    if is_unknown(found):
-        return {**dict.fromkeys(("score", "low", "high"), nan), "diverged": found.diverged}
-    low, high = found.interval(which=TIMED[metric])
-    return {"score": value_of(metric, found), "low": low, "high": high, "diverged": found.diverged}
+    score, low, high = nan, nan, nan
+    if not is_unknown(found):
+        score, (low, high) = value_of(metric, found), found.interval(which=TIMED[metric])
+    return {"score": score, "low": low, "high": high, "diverged": found.diverged}
 
 
 def _noise(count: int, space: spaces.Space[Any]) -> Noise:
     """So many candidates; ValueError on an action space without bounds."""
     if not (isinstance(space, spaces.Box) and space.is_bounded()):
-        raise ValueError(
-            f"candidates is {count}, and the action space is {space}: noise needs a Box with "
-            "bounds, expected a function (observation, action, random), such as em.actions.Noise"
-        )
+        way = "expected a function (observation, action, random), such as em.actions.Noise"
+        why = f"candidates is {count}, and the action space is {space}"
+        raise ValueError(f"{why}: noise needs a Box with bounds, {way}")
     return Noise(count, SPREAD * (space.high - space.low) / 2, space.low, space.high)

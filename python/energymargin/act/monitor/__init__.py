@@ -7,24 +7,12 @@ same `Conditions`.
 """
 
 from energymargin.act.monitor.alarm import Alarm, Alarms, Threshold, alarms, first_loss, threshold
-from energymargin.act.monitor.conditions import Conditions
 from energymargin.act.monitor.monitor import Monitor
-from energymargin.act.monitor.readings import Counters, Reading
+from energymargin.act.monitor.stream import Conditions, Counters, Reading
 from energymargin.base.doors import check_doors
 from energymargin.evaluate.futures import or_success
 
-__all__ = [
-    "Alarm",
-    "Alarms",
-    "Conditions",
-    "Counters",
-    "Monitor",
-    "Reading",
-    "Threshold",
-    "alarms",
-    "first_loss",
-    "or_success",
-    "threshold",
-]
+__all__ = ["Alarm", "Alarms", "Conditions", "Counters", "Monitor", "Reading", "Threshold"]
+__all__ += ["alarms", "first_loss", "or_success", "threshold"]
 
 check_doors(globals(), __all__)

@@ -18,8 +18,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin.act.monitor.conditions import Conditions
-from energymargin.base.checks import check_shape, numbers_of, open_share, whole_number
+from energymargin.act.monitor.stream import Conditions
+from energymargin.base import checks
+from energymargin.base.checks import numbers_of, open_share, require, whole_number
 from energymargin.base.reprs import Record
 
 Lost = Sequence[int | None]
@@ -47,23 +48,25 @@ class Alarm:
 
     def __post_init__(self) -> None:
         """Checks them."""
-        for name, value in (("on", self.on), ("off", self.on if self.off is None else self.off)):
+        for name, value in (("on", self.on), ("off", self.until)):
             number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
-            if not number or math.isnan(value):
-                raise ValueError(f"{name} is {value!r}, expected a number")
-        if self.off is not None and self.off < self.on:
-            raise ValueError(f"off is {self.off:g}, expected at least on = {self.on:g}")
+            require(number and not math.isnan(value), name, value, "a number")
+        require(self.until >= self.on, "off", self.off, f"at least on = {self.on:g}")
         whole_number("window", self.window, 1)
         whole_number("count", self.count, 1, self.window)
+
+    @property
+    def until(self) -> float:
+        """`off`, or `on` if that is not given."""
+        return self.on if self.off is None else self.off
 
     def holds_for(self) -> Conditions | None:
         """What a threshold from data holds for; None of another. ValueError where that is not
         known."""
         if self.from_data and self.conditions is None:
-            raise ValueError(
-                f"alarm is of a threshold of {self.on:g} that does not say what it holds for, "
-                "expected one of threshold(..., conditions=Conditions(rollouts, horizon, period))"
-            )
+            said = f"alarm is of a threshold of {self.on:g} that does not say what it holds for"
+            way = "threshold(..., conditions=Conditions(rollouts, horizon, period))"
+            raise ValueError(f"{said}, expected one of {way}")
         return self.conditions if self.from_data else None
 
     def after(self, recent: Sequence[float], *, is_on: bool) -> bool:
@@ -72,10 +75,9 @@ class Alarm:
         Only the last `window` of them count.
         """
         last = np.asarray(recent, dtype=float)[-self.window :]
-        off = self.on if self.off is None else self.off
         if np.count_nonzero(last < self.on) >= self.count:
             return True
-        return is_on and int(np.count_nonzero(last >= off)) < self.count
+        return is_on and int(np.count_nonzero(last >= self.until)) < self.count
 
     def follow(self, values: ArrayLike) -> NDArray[np.bool_]:
         """Whether it is on at each of K values, shape (K,), one after the other.
@@ -201,31 +203,28 @@ def threshold(
     n = len(statistics)
     rank = math.floor(false_alarms * (n + 1) + 1e-9)
     if rank < 1:
-        raise ValueError(
-            f"values has {n} trajectories in which an alarm can be false, expected at least "
-            f"{math.ceil(1 / false_alarms - 1 - 1e-9)} for false_alarms = {false_alarms:g}"
-        )
+        least = math.ceil(1 / false_alarms - 1 - 1e-9)
+        expected = f"expected at least {least} for false_alarms = {false_alarms:g}"
+        raise ValueError(f"values has {n} trajectories in which an alarm can be false, {expected}")
     value = float(statistics[rank - 1])
     announced = alarms(values, lost, Alarm(value, count=count, window=window), ahead=ahead)
-    level = rank / (n + 1)
-    return Threshold(value, level, statistics, rank, count, window, announced, conditions)
+    return Threshold(value, rank / (n + 1), statistics, rank, count, window, announced, conditions)
 
 
 def alarms(
     values: Sequence[ArrayLike], lost: Lost, alarm: Alarm, *, ahead: int | None = None
 ) -> Alarms:
     """What an alarm does on trajectories. Arguments and errors: as `threshold`."""
-    parts = _trajectories(values, lost, ahead)
-    false, possible, leads = [], [], []
-    for part in parts:
+    rows = []
+    for part in _trajectories(values, lost, ahead):
         on, until = alarm.follow(part.values), part.false_until
-        false.append(on[:until].any())
-        possible.append(_lowest(part.values[:until], alarm.count, alarm.window) is not None)
+        possible = _lowest(part.values[:until], alarm.count, alarm.window) is not None
+        loss = np.nan if part.lost is None else part.lost
         right = np.flatnonzero(on[until:])
-        lead = 0 if part.lost is None or not len(right) else part.lost - until - right[0]
-        leads.append(np.nan if part.lost is None else lead)
-    losses = np.array([np.nan if part.lost is None else part.lost for part in parts], float)
-    return Alarms(np.array(false, bool), np.array(possible, bool), losses, np.array(leads, float))
+        lead = loss - until - right[0] if len(right) else 0.0 * loss  # NaN without a loss
+        rows.append((on[:until].any(), possible, loss, lead))
+    false, can_be, losses, leads = np.array(rows, float).reshape(-1, 4).T
+    return Alarms(false.astype(bool), can_be.astype(bool), losses, leads)
 
 
 def first_loss(captured: ArrayLike, succeeded: ArrayLike | None = None) -> int | None:
@@ -242,7 +241,7 @@ def first_loss(captured: ArrayLike, succeeded: ArrayLike | None = None) -> int |
 
 def _labels_of(name: str, given: ArrayLike, count: int | None) -> NDArray[np.bool_]:
     labels = np.array(given)
-    check_shape(name, labels, (labels.size if count is None else count,), bool)
+    checks.check_shape(name, labels, (labels.size if count is None else count,), bool)
     return labels
 
 
@@ -263,9 +262,9 @@ def _trajectories(values: Sequence[ArrayLike], lost: Lost, ahead: int | None) ->
     parts = []
     for number, (given, frame) in enumerate(zip(values, lost, strict=True)):
         numbers = _values_of(f"values[{number}]", given)
-        loss, false_until = None, len(numbers)
-        if frame is not None:
-            loss = whole_number(f"lost[{number}]", frame, 0, len(numbers))
+        false_until = len(numbers)
+        loss = None if frame is None else whole_number(f"lost[{number}]", frame, 0, len(numbers))
+        if loss is not None:
             false_until = 0 if near is None else max(loss - near, 0)
         parts.append(_Part(numbers[:loss], loss, false_until))
     return parts
@@ -274,11 +273,8 @@ def _trajectories(values: Sequence[ArrayLike], lost: Lost, ahead: int | None) ->
 def _lowest(values: NDArray[np.float64], count: int, window: int) -> float | None:
     """An alarm goes on at some frame if its threshold is above this; None if none ever does."""
     seen = values[~np.isnan(values)]
-    each = [
-        np.sort(seen[max(0, k + 1 - window) : k + 1])[count - 1]
-        for k in range(count - 1, len(seen))
-    ]
-    low = float(min(each, default=math.inf))
+    spans = (seen[max(0, k + 1 - window) : k + 1] for k in range(count - 1, len(seen)))
+    low = float(min((np.sort(span)[count - 1] for span in spans), default=math.inf))
     return None if low == math.inf else low
 
 

@@ -18,18 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Cancel, CaptureProbability, Problem, disturbances
 from energymargin.act.monitor.alarm import Alarm, Threshold
-from energymargin.act.monitor.conditions import Pace
-from energymargin.act.monitor.readings import Counters, Reading
-from energymargin.act.monitor.stream import Pushed, Stream
-from energymargin.base.checks import (
-    core_count,
-    finite_number,
-    function_of,
-    function_or_none,
-    not_negative_number,
-    positive_number,
-    whole_number,
-)
+from energymargin.act.monitor.stream import Counters, Pace, Pushed, Reading, Stream
+from energymargin.base import checks
 from energymargin.base.closing import Closing
 from energymargin.evaluate.divergence import ANY, is_unknown
 from energymargin.evaluate.futures import or_success
@@ -39,7 +29,6 @@ if TYPE_CHECKING:
     from energymargin.act.surrogates import Estimates
 
 MOST_WORKERS = 256
-UNKNOWN = (math.nan, math.nan)
 
 _log = logging.getLogger("energymargin.monitor")
 
@@ -53,7 +42,7 @@ class _Score(NamedTuple):
     """What came of a state, as in its Reading; a first look has no probability."""
 
     value: float = math.nan
-    interval: tuple[float, float] = UNKNOWN
+    interval: tuple[float, float] = (math.nan, math.nan)
     rollouts: int = 0
     probability: CaptureProbability | None = None
     error: Exception | None = None
@@ -115,32 +104,29 @@ class Monitor(Closing):
         The value depends on state, seed and number of rollouts alone: the same bits on any machine.
         Raises ValueError on bad arguments.
         """
-        self._problem_of: ProblemOf = function_of("problem_of", problem_of, "state", "time")
-        if isinstance(alarm, Threshold):
-            alarm = alarm.alarm()
-        self.rule = alarm if alarm is None or isinstance(alarm, Alarm) else Alarm(alarm)
-        self._period = positive_number("period", period)
+        self._problem_of: ProblemOf = checks.function_of("problem_of", problem_of, "state", "time")
+        rule = alarm.alarm() if isinstance(alarm, Threshold) else alarm
+        self.rule = rule if rule is None or isinstance(rule, Alarm) else Alarm(rule)
+        self._period = checks.positive_number("period", period)
         self._pace = Pace(rollouts, self._period)
         self._disturbance = disturbances.Uniform() if disturbance is None else disturbance
         self._settings = SearchSettings(seed=seed, common_random_numbers=True)
         self._conditions = None if self.rule is None else self.rule.holds_for()
         if self._conditions is not None:
             self._conditions.require(rollouts, self._period, self._disturbance)
-        self._first_look: FirstLook | None = function_or_none(
-            "first_look", first_look, "state", "time"
-        )
+        of = ("state", "time")
+        self._first_look: FirstLook | None = checks.function_or_none("first_look", first_look, *of)
         if first_look is not None and (self.rule is None or self.rule.from_data):
-            alarm_text = "None" if self.rule is None else "a threshold from data"
-            raise ValueError(
-                f"alarm is {alarm_text}, but a first look needs an alarm of a number of yours: "
-                "Alarm(on=..., off=...)"
-            )
-        count = whole_number("workers", workers, 1, MOST_WORKERS)
-        self._threads = max(1, core_count("threads", threads) // (count if threads is None else 1))
-        most_waiting = whole_number("waiting", waiting, 1)
-        self._trend_window = positive_number("trend_window", trend_window)
-        self._kept = whole_number("kept", kept, 1)
-        self._on_reading = function_or_none("on_reading", on_reading, "reading")
+            given = "None" if self.rule is None else "a threshold from data"
+            way = "a first look needs an alarm of a number of yours: Alarm(on=..., off=...)"
+            raise ValueError(f"alarm is {given}, but {way}")
+        count = checks.whole_number("workers", workers, 1, MOST_WORKERS)
+        cores = checks.core_count("threads", threads)
+        self._threads = cores if threads is not None else max(1, cores // count)
+        most_waiting = checks.whole_number("waiting", waiting, 1)
+        self._trend_window = checks.positive_number("trend_window", trend_window)
+        self._kept = checks.whole_number("kept", kept, 1)
+        self._on_reading = checks.function_or_none("on_reading", on_reading, "reading")
 
         self._stream = Stream(most_waiting)
         self._lock = self._stream.changed
@@ -162,7 +148,7 @@ class Monitor(Closing):
         anew), RuntimeError once the monitor is closed. A state that makes no problem is a reading
         with an error.
         """
-        time = finite_number("time", time)
+        time = checks.finite_number("time", time)
         vector = np.array(state, dtype=float)
         if vector.ndim != 1:
             raise ValueError(f"state has shape {vector.shape}, expected (n,)")
@@ -171,10 +157,8 @@ class Monitor(Closing):
             if self._stream.closed:
                 raise RuntimeError("the monitor is closed")
             if time <= self._newest:
-                raise ValueError(
-                    f"time is {time:g} s after {self._newest:g} s, expected it to rise; reset() "
-                    "begins a new trajectory"
-                )
+                said = f"time is {time:g} s after {self._newest:g} s, expected it to rise"
+                raise ValueError(f"{said}; reset() begins a new trajectory")
             self._newest = time
             waiting = self._stream.waiting
             self._count(pushed=1, dropped=int(len(waiting) == waiting.maxlen))
@@ -205,11 +189,10 @@ class Monitor(Closing):
 
     def wait(self, timeout: float | None = None) -> bool:
         """Waits until no state waits and none is scored; whether that came within `timeout` [s]."""
-        limit = None if timeout is None else not_negative_number("timeout", timeout)
+        limit = None if timeout is None else checks.not_negative_number("timeout", timeout)
+        stream = self._stream
         with self._lock:
-            return self._lock.wait_for(
-                lambda: not (self._stream.waiting or self._stream.busy), limit
-            )
+            return self._lock.wait_for(lambda: not (stream.waiting or stream.busy), limit)
 
     def reset(self) -> None:
         """A new trajectory begins: forgets states that wait, readings, trend and alarm.
@@ -255,8 +238,7 @@ class Monitor(Closing):
                 self._count(refused=1)
             return None
         low, high = float(found.low), float(found.high)
-        off = self.rule.on if self.rule.off is None else self.rule.off
-        sure = high < self.rule.on or low >= off
+        sure = high < self.rule.on or low >= self.rule.until
         return _Score(float(found.value), (low, high)) if sure else None
 
     def _score(self, pushed: Pushed) -> _Score:
@@ -270,15 +252,10 @@ class Monitor(Closing):
             if self._conditions is not None:
                 self._conditions.require_horizon(problem.horizon)
             asked = clock.monotonic()
-            found: CaptureProbability = metric_search(
-                problem,
-                "probability",
-                replace(self._settings, rollouts=rollouts),
-                disturbance=self._disturbance,
-                threads=self._threads,
-                cancel=pushed.cancel,
-                most_diverged=ANY,
-            )
+            settings = replace(self._settings, rollouts=rollouts)
+            rules: Any = {"disturbance": self._disturbance, "most_diverged": ANY}
+            where: Any = {"threads": self._threads, "cancel": pushed.cancel}
+            found = metric_search(problem, "probability", settings, **rules, **where)
         except Exception as error:  # whatever it is, the next state may be better
             return _Score(error=error)
         with self._lock:
@@ -314,8 +291,7 @@ class Monitor(Closing):
             self._follow(pushed.time, score.value)
             trend = self._trend(pushed.time, score.value)
             self._count(scored=1, late=int(late), foreseen=int(score.probability is None))
-        now: dict[str, Any] = {"trend": trend, "alarm": self._is_on}
-        now |= {"lateness": lateness, "late": late}
+        now: Any = {"trend": trend, "alarm": self._is_on, "lateness": lateness, "late": late}
         reading = Reading(pushed.time, **score._asdict(), **now)
         bisect.insort(self._history, reading, key=lambda known: known.time)
         del self._history[: -self._kept]
@@ -323,19 +299,17 @@ class Monitor(Closing):
 
     def _follow(self, time: float, value: float) -> None:
         """The alarm; an older state than the newest one changes nothing."""
-        if time > self._followed:
+        if time > self._followed and self.rule is not None:
             self._followed = time
             self._recent.append(value)
-            if self.rule is not None:
-                self._is_on = self.rule.after(self._recent, is_on=self._is_on)
+            self._is_on = self.rule.after(self._recent, is_on=self._is_on)
 
     def _trend(self, time: float, value: float) -> float:
         """Slope of the line of least squares through this value and those of the time before it
         [1/s]; NaN below two times."""
         first = time - self._trend_window
         near = [(r.time, r.value) for r in self._history if first <= r.time < time]
-        near = [(at, known) for at, known in near if not math.isnan(known)]
-        t, y = np.array([*near, (time, value)]).T
+        t, y = np.array([*(one for one in near if not math.isnan(one[1])), (time, value)]).T
         if np.ptp(t) == 0:
             return math.nan
         t = t - t.mean()

@@ -1,7 +1,6 @@
 """Scores that are learned from a store: microseconds a state, with an interval, or a refusal."""
 
-from energymargin.act.surrogates.features import Layout
-from energymargin.act.surrogates.model import Estimates, Quality
+from energymargin.act.surrogates.model import Estimates, Layout, Quality
 from energymargin.act.surrogates.surrogate import Surrogate
 from energymargin.base.doors import check_doors
 

@@ -1,9 +1,13 @@
-"""A learned score: in microseconds what rollouts would find, and how sure that is."""
+"""A learned score: in microseconds what rollouts would find, and how sure that is.
+
+It is of problems that share its facts, by name: a mass, a size, a set, a bound, the horizon.
+"""
 
 from __future__ import annotations
 
 import io
 import json
+import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -15,13 +19,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from energymargin import Problem, tasks
-from energymargin.act.surrogates.facts import Facts, facts_of, same
-from energymargin.act.surrogates.features import FeaturesOf, Layout, Vector
-from energymargin.act.surrogates.model import Estimates, Model, Quality
+from energymargin.act.surrogates.model import Estimates, FeaturesOf, Layout, Model, Quality, Vector
 from energymargin.base.checks import numbers_of, seed_number, share, shown
 from energymargin.base.metrics import is_likelihood
 from energymargin.base.replacing import replaced
-from energymargin.base.reprs import Record
 from energymargin.datasets import Dataset
 from energymargin.evaluation import HORIZON, compared_states
 from energymargin.searches import algorithm
@@ -29,13 +30,19 @@ from energymargin.store import Run
 from energymargin.summary import Summarized
 
 KEPT = ("metric", "names", "given", "coverage", "source", "facts")  # as JSON
+Params = Mapping[str, Vector]
+Facts = dict[str, Any]
+"""Values of a problem by their places in its file, as "scene.bodies.object.mass"."""
+
+OTHER = ("format", "version", "state", "contacts", "plan")  # of the file, or of one state
+NEAR = 0.01  # of a number: a horizon of frames is rounded to steps
 VERSION = 2
 SOURCE = ("task", "parameters", "settings", "digest")  # of a run
 SAMPLE = 60  # states whose problems tell what never changes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Surrogate(Record, Summarized):
+class Surrogate(Summarized):
     """A score of a store, learned: `surrogate(states)` takes microseconds a state.
 
     `Surrogate.learn` makes one; `save` and `load` keep it in a file.
@@ -120,7 +127,7 @@ class Surrogate(Record, Summarized):
             monotone = getattr(tasks.make(dataset.task, **dataset.parameters), "monotone", {})
         if unknown := monotone.keys() - set(names):
             raise ValueError(f"{min(unknown)!r} is no feature, expected one of {', '.join(names)}")
-        table = _table(features_of, states, names, params)
+        table = _table(features_of, states, len(names), params)
         signs = np.array([monotone.get(name, 0) for name in names])
         limits = np.array([0, 1] if is_likelihood(metric) else [-np.inf, np.inf])
         arrays = (table[known], scores[known], labelled.trajectory[known], labels[known])
@@ -152,7 +159,7 @@ class Surrogate(Record, Summarized):
             one = np.ndim(known[name]) == 0
             column = np.repeat(known[name], len(whole)) if one else known[name]
             columns[name] = numbers_of(name, column, f"one number, or {len(whole)}", (len(whole),))
-        found = self.model(_table(self.features_of, whole, self.names, columns))
+        found = self.model(_table(self.features_of, whole, len(self.names), columns))
         return found if len(shape) == 2 else Estimates(*(each[0] for each in vars(found).values()))
 
     def require(self, problem: Problem) -> None:
@@ -160,10 +167,9 @@ class Surrogate(Record, Summarized):
         learned from; what differed between them may be anything."""
         facts = facts_of(problem)
         for name in self.facts.keys() - same(self.facts, facts).keys():
-            raise ValueError(
-                f"problem has {name} = {shown(facts.get(name))}, but the surrogate learned from "
-                f"problems with {shown(self.facts[name])}: learn one for this scene"
-            )
+            learned = f"the surrogate learned from problems with {shown(self.facts[name])}"
+            has = f"problem has {name} = {shown(facts.get(name))}"
+            raise ValueError(f"{has}, but {learned}: learn one for this scene")
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the file, in one go, of numpy's .npz: what it learned from. Raises OSError if it
@@ -214,10 +220,37 @@ def _inputs(dataset: Dataset, *, timed: bool) -> tuple[Vector, dict[str, Vector]
     return np.concatenate(states), {n: v for n, v in params.items() if np.ptp(v) > 0}
 
 
-def _table(
-    features_of: FeaturesOf, states: Vector, names: tuple[str, ...], params: Mapping[str, Vector]
-) -> Vector:
-    """Features and params of states, shape (N, F)."""
-    expected = (len(states), len(names) - len(params))
+def _table(features_of: FeaturesOf, states: Vector, count: int, params: Params) -> Vector:
+    """Features and params of states, shape (N, F), `count` in all."""
+    expected = (len(states), count - len(params))
     found = numbers_of("features", features_of(states), f"numbers of shape {expected}", expected)
     return np.column_stack([found, *params.values()])
+
+
+def facts_of(problem: Problem) -> Facts:
+    """All facts of a problem; if its sets have no file, its bodies and horizon alone."""
+    try:
+        whole = json.loads(problem.to_json())
+    except ValueError:  # a Predicate
+        bodies = [{"name": body.name} for body in problem.scene.bodies]
+        whole = {"scene": {"bodies": bodies}, "horizon": problem.horizon}
+    return _leaves("", {k: v for k, v in whole.items() if k not in OTHER})
+
+
+def same(first: Facts, second: Facts) -> Facts:
+    """The facts of the first that the second shares, numbers to 1 %."""
+    return {name: value for name, value in first.items() if _is_near(value, second.get(name))}
+
+
+def _is_near(first: Any, second: Any) -> bool:
+    numbers = isinstance(first, float) and isinstance(second, float)
+    return bool(first == second) or (numbers and math.isclose(first, second, rel_tol=NEAR))
+
+
+def _leaves(place: str, value: Any) -> Facts:
+    if isinstance(value, list) and value and isinstance(value[0], dict):
+        value = {str(each.get("name", k)): each for k, each in enumerate(value)}
+    if not isinstance(value, dict):
+        return {place: value}
+    inner = (_leaves(f"{place}.{key}".lstrip("."), each) for key, each in value.items())
+    return dict(fact for facts in inner for fact in facts.items())

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from energymargin.act.critical import CriticalValue
 from energymargin.act.limits import CriticalCurve, CriticalValues
-from energymargin.act.scale import Scale
+from energymargin.act.quantities import Scale
 from energymargin.look.plots import styles
 
 TIGHTEST, OTHERS = "tab:orange", "tab:blue"
