@@ -79,11 +79,8 @@ class Engine(em.engines.Engine):
         self.threads = core_count("threads", threads)
         """Threads that step it."""
         self._roles: dict[str, Any] = {"objects": _names(objects), "effector": _names(effector)}
-        self.scene: em.Scene = (
-            scene_of(self.model, self.data, **self._roles)
-            if scene is None
-            else scene.with_engine("native")
-        )
+        own = None if scene is None else scene.with_engine("native")
+        self.scene: em.Scene = own or scene_of(model, self.data, **self._roles)
         """The scene that sets, pictures and searches know, without an engine."""
         self._has_own_scene = scene is not None
         for body in self._roles["objects"]:
@@ -162,9 +159,8 @@ class Engine(em.engines.Engine):
     ) -> None:
         """Some steps: memory becomes that after the last one, paths the physics after each."""
         columns, (count, steps) = self.columns, paths.shape[:2]
-        start, warm, user = (
-            memory[:, of] for of in (columns.physics, columns.warmstart, columns.user)
-        )
+        start, warm = memory[:, columns.physics], memory[:, columns.warmstart]
+        user = memory[:, columns.user]
         rows, over = iter(np.flatnonzero(~np.isnan(start[:, 0])).tolist()), Event()
 
         def work() -> None:
@@ -205,13 +201,11 @@ class Engine(em.engines.Engine):
     def _control(self, batch: em.engines.Batch, row: int, user: Numbers, some: slice) -> Numbers:
         """What the user of MuJoCo sets in some steps of a rollout, shape (steps, u)."""
         columns, pushes = self.columns, batch.pushes[row, some]
-        control = np.empty((len(pushes), user.size))
-        control[:] = user
+        control = np.tile(user, (len(pushes), 1))
         for name, values in batch.commands.items():
-            control[:, columns.control + self._actuators[name]] = values[row, some]
-        for number, body in enumerate(self._reader.objects):
-            at = columns.applied + 6 * body
-            control[:, at : at + 6] += pushes[:, number]
+            control[:, columns.controls_of_user[self._actuators[name]]] = values[row, some]
+        for number, body in enumerate(self.objects):
+            control[:, columns.applied_of_user[body]] += pushes[:, number]
         return control
 
     def _work(self, batch: em.engines.Batch, paths: Numbers) -> Numbers:
@@ -246,6 +240,33 @@ def _engine_at(
     mujoco.mj_forward(model, data)
     mujoco.mj_setState(model, data, home, INTEGRATION)  # with its warm start
     return Engine(model, data, **options)
+
+
+def problem(
+    model: Any,
+    data: Any = None,
+    *,
+    objects: Sequence[str] | str,
+    captured: em.regions.Region,
+    effector: Sequence[str] | str = (),
+    threads: int | None = None,
+    **question: Any,
+) -> em.Problem:
+    """The question whether objects stay where they are to be, in MuJoCo itself.
+
+    Args:
+        model: a `mujoco.MjModel`.
+        data: a `mujoco.MjData` that says where all starts, with its controls.
+        objects: bodies on which disturbances act, by name.
+        captured: the capture set, as of em.Problem.
+        effector: bodies of the robot, by name.
+        threads: that MuJoCo steps on; None: all cores.
+        question: as of em.engines.problem.
+
+    Raises ValueError as em.mujoco.Engine and em.Problem do.
+    """
+    engine = Engine(model, data, objects=objects, effector=effector, threads=threads)
+    return em.engines.problem(engine, captured=captured, **question)
 
 
 @cache

@@ -9,6 +9,7 @@ import numpy as np
 
 import energymargin as em
 from energymargin.base.plausibility import kept_warnings
+from energymargin.mujoco.variation import geoms_of
 
 FRAME = 1e-3  # kg, of a body without mass
 SMALLEST = 1e-3  # m, half an edge of a body without geoms
@@ -28,12 +29,13 @@ def scene_of(
     Raises ValueError on names that the model does not have.
     """
     step = float(model.opt.timestep) if step is None else step
+    made: dict[str, Any] = {"gravity": model.opt.gravity, "step": step, "friction_rule": "max"}
     try:
-        scene = em.Scene(gravity=model.opt.gravity, step=step, friction_rule="max")
+        scene = em.Scene(**made)
         with kept_warnings():  # of what the scene leaves out: MuJoCo moves it all the same
             em.scenes.from_mjcf(model, scene, object=objects, effector=effector, data=data)
     except ValueError:
-        scene = em.Scene(gravity=model.opt.gravity, step=step, friction_rule="max")
+        scene = em.Scene(**made)
         for role, names in (("object", objects), ("effector", effector)):
             for name in names:
                 _add_box(scene, model, data, name, role)
@@ -46,11 +48,9 @@ def _add_box(scene: em.Scene, model: Any, data: Any, name: str, role: str) -> No
         argument = {"object": "objects"}.get(role, role)
         raise ValueError(f"{argument} is {name!r}, expected one of {', '.join(known[1:])}")
     number = known.index(name)
-    first = int(model.body_geomadr[number])
-    geoms = range(first, first + int(model.body_geomnum[number]))
-    reach = max(
-        (float(np.abs(model.geom_pos[g]).max() + model.geom_rbound[g]) for g in geoms), default=0.0
-    )
+    geoms = geoms_of(model, number)
+    reaches = np.abs(model.geom_pos[geoms]).max(axis=1) + model.geom_rbound[geoms]
+    reach = float(reaches.max(initial=0.0))
     mass, inertial = float(model.body_mass[number]), None
     if mass > 0.0 and model.body_inertia[number].all():
         inertial = em.Inertial(

@@ -14,6 +14,7 @@ import energymargin as em
 from energymargin.mujoco.engine import Engine
 from energymargin.mujoco.reading import INTEGRATION
 from energymargin.mujoco.states import States, servos
+from energymargin.mujoco.variation import geoms_of
 
 Vector = NDArray[np.float64]
 
@@ -46,20 +47,9 @@ class Simulation:
         self.work = 0.0
         self.objects = self.engine.objects
         """Their numbers in the model."""
-        self._before = self.applied.copy()
+        self._before = self.row[self.engine.columns.applied]
         self._robot = ModelRobot(plan, model, self.states) if plan else None
         self.push(np.zeros((len(self.objects), 6)))
-
-    @property
-    def control(self) -> Vector:
-        """What the actuators are asked for from now on, a view of the row."""
-        return self.row[self.engine.columns.control_of_whole]
-
-    @property
-    def applied(self) -> Vector:
-        """Wrenches on all bodies from now on, a view of the row, shape (b, 6) [N, N m]."""
-        applied: Vector = self.row[self.engine.columns.applied_of_whole].reshape(-1, 6)
-        return applied
 
     @property
     def time(self) -> float:
@@ -80,7 +70,7 @@ class Simulation:
         end = self.steps + steps
         while self.steps < end:
             some = end - self.steps
-            self.applied[:] = self._before
+            self.row[self.engine.columns.applied] = self._before
             if self._robot:
                 some = min(some, self._robot.held(self.steps))
                 self._robot.act(self, self.steps)
@@ -158,17 +148,18 @@ class ModelRobot:
         """Sets the controls, and adds to the wrenches, for a step. A row begins at the step that is
         nearest to its time."""
         row, last = self._rows.last(step), self._plan.rows - 1
+        columns = simulation.engine.columns
         for servo, targets in self._targets:
             wanted = servo.control(float(targets[min(row, last)]))
-            simulation.control[servo.actuator.address] = wanted
+            simulation.row[columns.controls[servo.actuator.address]] = wanted
         if row > last:
             return
         for body, wrenches in self._wrenches:
-            simulation.applied[body] += wrenches[row]
+            simulation.row[columns.applied[body]] += wrenches[row]
         data = simulation.data() if self._motors else None
         for body, velocities, limits in self._motors:
             wrench = self._motor(data, body, velocities[row])
-            simulation.applied[body] += np.clip(wrench, -limits, limits)
+            simulation.row[columns.applied[body]] += np.clip(wrench, -limits, limits)
 
     def _motor(self, data: Any, body: int, wanted: Vector) -> Vector:
         """The wrench of a motor without limits, shape (6,)."""
@@ -190,8 +181,7 @@ class ModelRobot:
         if force is None:
             force = SHARE_OF_WEIGHT * model.body_subtreemass[body] * STANDARD_GRAVITY
         if torque is None:
-            first = model.body_geomadr[body]
-            geoms = slice(first, first + model.body_geomnum[body])
+            geoms = geoms_of(model, body)
             reaches = np.linalg.norm(model.geom_pos[geoms], axis=1) + model.geom_rbound[geoms]
             torque = force * reaches.max(initial=0.0)
         return np.repeat([force, torque], 3)

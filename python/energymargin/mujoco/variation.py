@@ -16,7 +16,7 @@ def values_of(model: Any) -> dict[str, float]:
     found: dict[str, float] = {}
     for number in range(model.nbody):
         name = model.body(number).name
-        geoms = _geoms(model, number)
+        geoms = geoms_of(model, number)
         if name and geoms.size:
             found[f"friction.{name}"] = float(model.geom_friction[geoms, 0].max())
         if name and model.body_mass[number] > 0.0:
@@ -36,10 +36,9 @@ def varied_model(model: Any, changes: Mapping[str, float]) -> Any:
         kind, _, of = name.partition(".")
         ratio = value / now[name] if now[name] else np.nan
         if kind == "friction":
-            rows = _geoms(made, made.body(of).id)
-            made.geom_friction[rows, 0] = (
-                made.geom_friction[rows, 0] * ratio if now[name] else value
-            )
+            rows = geoms_of(made, made.body(of).id)
+            slides = made.geom_friction[rows, 0] * ratio
+            made.geom_friction[rows, 0] = slides if now[name] else value
             of_pairs = np.isin(made.pair_geom1, rows) | np.isin(made.pair_geom2, rows)
             made.pair_friction[of_pairs, :2] *= ratio
         elif kind == "mass":
@@ -54,6 +53,6 @@ def varied_model(model: Any, changes: Mapping[str, float]) -> Any:
     return made
 
 
-def _geoms(model: Any, body: int) -> Any:
-    first = int(model.body_geomadr[body])
-    return np.arange(first, first + int(model.body_geomnum[body])) if first >= 0 else np.arange(0)
+def geoms_of(model: Any, body: int) -> Any:
+    """Numbers of a body's geoms, shape (n,)."""
+    return np.flatnonzero(model.geom_bodyid == body)
