@@ -23,19 +23,17 @@ from functools import cache
 from importlib.metadata import version
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
+from trimesh import Trimesh
 
 from energymargin.base.bars import bar
 from energymargin.base.limits import Limit
 from energymargin.base.replacing import replaced
 from energymargin.model.meshes.solids import Faces, Points, Solid, joined, points_within
-
-if TYPE_CHECKING:
-    from trimesh import Trimesh
 
 log = logging.getLogger("energymargin")
 

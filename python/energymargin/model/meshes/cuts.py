@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from manifold3d import Manifold
 
 from energymargin.model.meshes.convex import NOTHING, Decomposition, cached, corners
 from energymargin.model.meshes.deviation import (
@@ -17,9 +18,6 @@ from energymargin.model.meshes.deviation import (
     union,
 )
 from energymargin.model.meshes.solids import Points, Solid, triangles
-
-if TYPE_CHECKING:
-    from manifold3d import Manifold
 
 MOST_PARTS = 1_000
 TURNS = 8  # planes through the line from the farthest point to the mesh, of which the best one cuts

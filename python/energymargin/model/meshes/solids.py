@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from trimesh import Trimesh
+from trimesh.util import append_faces
 
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import warn
-
-if TYPE_CHECKING:
-    from trimesh import Trimesh
-
 
 Points = NDArray[np.float64]
 Faces = NDArray[np.int64]
@@ -164,9 +162,7 @@ def winding_numbers(points: Points, surface: Trimesh) -> Points:
 
 def merged(vertices: NDArray[Any], faces: NDArray[Any]) -> Trimesh:
     """A mesh whose faces meet at common vertices."""
-    import trimesh
-
-    surface = trimesh.Trimesh(vertices, faces, process=False)
+    surface = Trimesh(vertices, faces, process=False)
     surface.merge_vertices()
     a, b, c = surface.faces.T
     surface.update_faces((a != b) & (b != c) & (c != a))
@@ -176,8 +172,6 @@ def merged(vertices: NDArray[Any], faces: NDArray[Any]) -> Trimesh:
 
 def joined(pieces: Sequence[Trimesh]) -> Trimesh:
     """One mesh of several."""
-    from trimesh.util import append_faces
-
     return merged(*append_faces([p.vertices for p in pieces], [p.faces for p in pieces]))
 
 

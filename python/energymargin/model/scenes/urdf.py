@@ -15,8 +15,13 @@ from energymargin.base.bars import Update
 from energymargin.base.checks import one_of, positive_number
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import warn
-from energymargin.model.meshes import MAX_POINTS, THRESHOLD
-from energymargin.model.meshes.files import FlatMeshError, shape_of, warn_of_open
+from energymargin.model.meshes.files import shape_of, warn_of_open
+from energymargin.model.meshes.settings import (
+    MAX_POINTS,
+    THRESHOLD,
+    FlatMeshError,
+    PartSettings,
+)
 from energymargin.model.pads import Pad, add_pads
 from energymargin.model.scenes import additions, reports
 from energymargin.model.scenes.additions import BASES, Additions, FileMistakes, counted
@@ -139,6 +144,7 @@ def from_urdf(
     one_of("mimic_limits", mimic_limits, ("file", "leader"))
     if density is not None:
         positive_number("density", density)
+    how = PartSettings(decompose, threshold, accuracy, max_points)
     ignored = additions.several("ignore", ignore)
     folders = additions.several("packages", packages)
     root = pose(position, orientation)
@@ -161,15 +167,7 @@ def from_urdf(
     mistakes.check()
 
     def mesh_of(file: MeshFile) -> Compound:
-        return shape_of(
-            files[file.filename],
-            scale=file.scale,
-            decompose=decompose,
-            threshold=threshold,
-            accuracy=accuracy,
-            max_points=max_points,
-            limit=limit,
-        )
+        return shape_of(files[file.filename], how, limit, scale=file.scale)
 
     loose = [name for name in robot.loose if name not in additions.driven_by(control)]
     additions.warn_of_loose(str(path), MIMIC, loose, str(path))
