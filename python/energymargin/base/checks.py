@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.base.arrays import Numbers
+
 LONGEST = 60  # characters of a value in an error
 MOST_COUNT, MOST_SEED = 2**31 - 1, 2**64 - 1  # of the core
 
@@ -164,7 +166,7 @@ def check_type(name: str, value: object, kind: Any, expected: str) -> None:
 
 def numbers_of(
     name: str, value: Any, expected: str = "numbers", shape: tuple[int, ...] | None = None
-) -> NDArray[np.float64]:
+) -> Numbers:
     """`value` as an array of numbers, if there is a shape of that and finite; else a ValueError."""
     try:
         array = np.asarray(value, float)

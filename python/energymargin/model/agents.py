@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from energymargin.base.arrays import Numbers
 from energymargin.base.checks import shown
-
-Rows = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -34,7 +33,7 @@ class Agent:
         """What errors call it."""
         return str(getattr(self.model, "__name__", type(self.model).__name__))
 
-    def __call__(self, seen: Rows, memory: Rows | None, time: float) -> NDArray[Any]:
+    def __call__(self, seen: Numbers, memory: Numbers | None, time: float) -> NDArray[Any]:
         """Actions, a row an observation. Raises ValueError on other shapes than the spaces'."""
         parts = self.given(seen)
         given = parts if self.parts else parts[""]
@@ -52,7 +51,7 @@ class Agent:
         _require_shape("the agent returned", actions, self.does, "action", "ask its own agent")
         return actions.reshape(len(actions), -1) if len(self.does or ()) > 1 else actions
 
-    def given(self, seen: Rows) -> dict[str, Rows]:
+    def given(self, seen: Numbers) -> dict[str, Numbers]:
         """Observations by the names of their space; "" of one that is no Dict."""
         if self.parts:
             return self._by_name(seen)
@@ -61,7 +60,7 @@ class Agent:
         _require_shape("the agent sees", seen, self.sees, "observation", "give observe=")
         return {"": seen}
 
-    def _by_name(self, seen: Rows) -> dict[str, Rows]:
+    def _by_name(self, seen: Numbers) -> dict[str, Numbers]:
         """The parts of a Dict observation."""
         ends = np.cumsum([int(np.prod(shape)) for _, shape in self.parts])
         if seen.shape[1:] != (ends[-1],):
@@ -95,7 +94,7 @@ class Chunks:
         """Numbers that a rollout remembers."""
         return 1 + self.actions * int(np.prod(self.agent.does or ()))
 
-    def __call__(self, seen: Rows, memory: Rows, time: float) -> tuple[Rows, Rows]:
+    def __call__(self, seen: Numbers, memory: Numbers, time: float) -> tuple[Numbers, Numbers]:
         """Actions, a row an observation, and the memory."""
         rows, memory = len(seen), memory.copy()
         empty = memory[:, 0] == 0.0
@@ -128,9 +127,9 @@ class Bounded:
 
     low: Any
     high: Any
-    convert: Callable[[Rows], ArrayLike] | None
+    convert: Callable[[Numbers], ArrayLike] | None
 
-    def __call__(self, actions: Rows) -> ArrayLike:
+    def __call__(self, actions: Numbers) -> ArrayLike:
         """Commands, a row an action."""
         clipped = actions
         if self.low is not None:
@@ -204,7 +203,7 @@ def _answer(model: Any, seen: Any, method: str = "__call__") -> Any:
         return asked(seen)
     like = next(model.parameters(), torch.zeros(()))
 
-    def tensor(rows: Rows) -> Any:
+    def tensor(rows: Numbers) -> Any:
         return torch.as_tensor(rows, dtype=like.dtype, device=like.device)
 
     named = isinstance(seen, dict)

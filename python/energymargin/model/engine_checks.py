@@ -11,8 +11,9 @@ from typing import Any, NoReturn
 import numpy as np
 
 from energymargin._core import Body, Problem
+from energymargin.base.arrays import Numbers
 from energymargin.base.checks import shown
-from energymargin.model.engines import Batch, Engine, Numbers
+from energymargin.model.engines import Batch, Engine
 from energymargin.model.serial_engines import ways
 
 ROWS, EVERY, CHECKS = 5, 3, 4  # of the batch that is played

@@ -10,13 +10,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin._core import Problem, Scene, regions
+from energymargin.base.arrays import Numbers
 from energymargin.base.checks import shown
 from energymargin.base.plausibility import kept_warnings
-
-Numbers = NDArray[np.float64]
 
 FAR = 1e6  # m; nothing is there
 

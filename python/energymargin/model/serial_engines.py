@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from energymargin.model.engines import Batch, Engine, Numbers
+from energymargin.base.arrays import Numbers
+from energymargin.model.engines import Batch, Engine
 
 MOST = 1000
 LONGER = 100

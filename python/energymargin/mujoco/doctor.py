@@ -13,6 +13,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.base.arrays import Numbers
 from energymargin.base.checks import check_type, positive_number
 from energymargin.base.reprs import Record
 from energymargin.mujoco.states import require_data
@@ -37,8 +38,6 @@ FIXED = mujoco.mjtGain.mjGAIN_FIXED
 PLAIN = (  # drives whose force follows their control
     *(mujoco.mjtDyn.mjDYN_NONE, mujoco.mjtDyn.mjDYN_FILTER, mujoco.mjtDyn.mjDYN_FILTEREXACT),
 )
-
-Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -136,7 +135,7 @@ def _overlaps(model: Any, start: Any) -> Iterator[Finding]:
             yield Finding("overlap", pair, text)
 
 
-def _touching(model: Any) -> tuple[list[str], Vector, Vector]:
+def _touching(model: Any) -> tuple[list[str], Numbers, Numbers]:
     """Names of what may touch, geoms and pairs or what options put in their place; the solref of
     each, shape (n, 2); the margin [m] from which on contacts push, shape (n,)."""
     option, of = model.opt, mujoco.mjtObj
@@ -188,7 +187,7 @@ def _settings(model: Any) -> Iterator[Finding]:
         yield Finding("margin", _first(names, pushes), text)
 
 
-def _moments(model: Any, data: Any) -> Vector:
+def _moments(model: Any, data: Any) -> Numbers:
     """What a unit of each actuator's force does at each degree of freedom, shape (nu, nv)."""
     dense = np.zeros((model.nu, model.nv))
     if hasattr(data, "moment_rownnz"):
@@ -198,7 +197,7 @@ def _moments(model: Any, data: Any) -> Vector:
     return np.reshape(data.actuator_moment, dense.shape)
 
 
-def _forces(model: Any) -> tuple[Vector, Vector]:
+def _forces(model: Any) -> tuple[Numbers, Numbers]:
     """Largest force of each actuator, and how stiff a servo is, whose targets limit no force."""
     gain, bias = np.abs(model.actuator_gainprm[:, 0]), model.actuator_biastype
     plain = np.isin(model.actuator_dyntype, PLAIN) & (model.actuator_gaintype == FIXED)
@@ -246,12 +245,12 @@ class Played(NamedTuple):
     that went farthest."""
     creeping: NDArray[np.intp]
     """Numbers of bodies that creep."""
-    speeds: Vector
+    speeds: Numbers
     """Of all bodies at the end [m/s], shape (b,)."""
     diverged: bool
     gave_way: NDArray[np.bool_]
     """Whether each degree of freedom has moved, shape (nv,)."""
-    given: Vector
+    given: Numbers
     """What drives give at the end, likewise [N, N m]."""
 
 

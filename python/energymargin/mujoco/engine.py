@@ -12,16 +12,14 @@ from typing import Any
 import mujoco
 import numpy as np
 from mujoco import rollout as mujoco_rollout
-from numpy.typing import NDArray
 
 import energymargin as em
+from energymargin.base.arrays import Numbers
 from energymargin.base.checks import check_type, core_count
 from energymargin.mujoco.reading import INTEGRATION, Columns, Reader
 from energymargin.mujoco.scene_of import scene_of
 from energymargin.mujoco.states import States, require_data
 from energymargin.mujoco.variation import values_of, varied_model
-
-Numbers = NDArray[np.float64]
 
 USER = mujoco.mjtState.mjSTATE_USER.value
 PIECE = 500  # steps, after which a rollout sees that it is interrupted

@@ -7,14 +7,12 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 import energymargin as em
+from energymargin.base.arrays import Numbers
 from energymargin.mujoco.reading import INTEGRATION, Columns, Reader
 from energymargin.mujoco.scene_of import scene_of
 from energymargin.mujoco.states import States
-
-Numbers = NDArray[np.float64]
 
 
 class Inside:

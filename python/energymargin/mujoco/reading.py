@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import energymargin as em
+from energymargin.base.arrays import Numbers
 from energymargin.mujoco.states import States
-
-Numbers = NDArray[np.float64]
 
 INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION.value
 BODY = mujoco.mjtObj.mjOBJ_BODY

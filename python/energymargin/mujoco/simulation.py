@@ -8,15 +8,13 @@ from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 import energymargin as em
+from energymargin.base.arrays import Numbers
 from energymargin.mujoco.engine import Engine
 from energymargin.mujoco.reading import INTEGRATION
 from energymargin.mujoco.states import States, servos
 from energymargin.mujoco.variation import geoms_of
-
-Vector = NDArray[np.float64]
 
 
 class Instant(NamedTuple):
@@ -28,7 +26,7 @@ class Instant(NamedTuple):
     """Integral of |f . v + tau . omega| dt [J]."""
     work: float
     """Integral of f . v + tau . omega [J]."""
-    state: Vector
+    state: Numbers
     """Shape (n,)."""
 
 
@@ -61,7 +59,7 @@ class Simulation:
         """This one."""
         return Instant(self.time, self.effort, self.work, self.state())
 
-    def push(self, wrenches: Vector) -> None:
+    def push(self, wrenches: Numbers) -> None:
         """From now on wrenches act on the k objects, shape (k, 6) [N, N m]."""
         self._wrenches = wrenches
 
@@ -83,7 +81,7 @@ class Simulation:
             self.effort += float(np.abs(work).sum())
             self.work += float(work.sum())
 
-    def state(self) -> Vector:
+    def state(self) -> Numbers:
         """State of the scene, shape (n,)."""
         return np.asarray(self.engine.read(self.row[None])[0])
 
@@ -94,7 +92,7 @@ class Simulation:
         self.states.refresh(data)
         return data
 
-    def put(self, state: Vector) -> None:
+    def put(self, state: Numbers) -> None:
         """Goes on from another state, shape (n,)."""
         data = self.data()
         self.states.write(data, state)
@@ -161,7 +159,7 @@ class ModelRobot:
             wrench = self._motor(data, body, velocities[row])
             simulation.row[columns.applied[body]] += np.clip(wrench, -limits, limits)
 
-    def _motor(self, data: Any, body: int, wanted: Vector) -> Vector:
+    def _motor(self, data: Any, body: int, wanted: Numbers) -> Numbers:
         """The wrench of a motor without limits, shape (6,)."""
         model, step = self._model, self._model.opt.timestep
         twist = self._states.twist(data, body, mujoco.mjtObj.mjOBJ_BODY)
@@ -174,7 +172,7 @@ class ModelRobot:
         turn = inertia @ (wanted[3:] - twist[:3]) / step
         return np.concatenate([model.body_subtreemass[body] * push, turn])
 
-    def _limits(self, name: str) -> Vector:
+    def _limits(self, name: str) -> Numbers:
         """Limits of a motor's force and torque, shape (6,)."""
         model, body = self._model, self._states.body_id(name)
         force, torque = self._plan.limits.get(name, (None, None))

@@ -8,15 +8,14 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 import energymargin as em
+from energymargin.base.arrays import Numbers
 from energymargin.base.checks import check_shape, check_type
 from energymargin.base.plausibility import warn
 from energymargin.mujoco.mjcf_bodies import inertia_of
-
-Vector = NDArray[np.float64]
 
 PLACED = 1e-6  # [m], [rad]: what is further off is somewhere else
 FIXED = (
@@ -56,7 +55,7 @@ class States:
         check_shape("others", self.rest, (scene.dimension,))
         self._twist, self._ball = np.zeros(6), mujoco.mjtJoint.mjJNT_BALL
 
-    def read(self, data: Any) -> Vector:
+    def read(self, data: Any) -> Numbers:
         """The state in a `mujoco.MjData`, shape (n,), whose poses and velocities follow `qpos`."""
         self.refresh(data)
         state, model = self.rest.copy(), self._model
@@ -95,7 +94,7 @@ class States:
         mujoco.mj_comPos(self._model, data)
         mujoco.mj_comVel(self._model, data)
 
-    def twist(self, data: Any, body: int, point: Any) -> Vector:
+    def twist(self, data: Any, body: int, point: Any) -> Numbers:
         """Angular and linear velocity along the world's axes, shape (6,): of a body's frame
         (mjOBJ_XBODY) or centre of mass (mjOBJ_BODY)."""
         mujoco.mj_objectVelocity(self._model, data, point, body, self._twist, 0)
@@ -258,7 +257,7 @@ def require_data(model: Any, data: Any) -> None:
 
 def state(
     scene: em.Scene, model: Any, data: Any, *, prefix: str = "", others: ArrayLike | None = None
-) -> Vector:
+) -> Numbers:
     """The state of a scene in a `mujoco.MjData`, shape (n,), for `problem.with_state`.
 
     Free bodies and joints are those of the model with the same names, behind `prefix`, as

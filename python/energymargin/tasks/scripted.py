@@ -163,11 +163,7 @@ class ScriptedTask(Task):
         """Z_suc; with several objects, that of each by its name."""
 
     def plan(
-        self,
-        state: Vector,
-        time: float,
-        params: Params,
-        horizon: float | None = None,
+        self, state: Vector, time: float, params: Params, horizon: float | None = None
     ) -> Plan:
         """What the robot is about to do at a time [s] of its script: the script's mean from there.
 
@@ -346,11 +342,7 @@ class ScriptedTask(Task):
 
 
 def _simulate(
-    world: World,
-    state: Vector,
-    drive: Drive,
-    record: NDArray[np.int64],
-    limit: Limit,
+    world: World, state: Vector, drive: Drive, record: NDArray[np.int64], limit: Limit
 ) -> Simulation:
     """One simulation to the last of the steps that are recorded, from 0, the state itself."""
     return world.simulate(

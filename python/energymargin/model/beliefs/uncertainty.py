@@ -12,9 +12,10 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from energymargin._core import Body, Scene
+from energymargin.base.arrays import Numbers
 from energymargin.base.checks import not_negative_number, numbers_of, shown
 from energymargin.model.engines import Engine
 from energymargin.model.scenes.overlaps import require_untied
@@ -28,7 +29,7 @@ AXES = {
 }
 SYMMETRIC = 1e-9  # of a covariance, as a share of its largest entry
 
-Quantiles = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+Quantiles = Callable[[Numbers], Numbers]
 """From numbers of the open unit interval, shape (N,), to values."""
 
 
@@ -41,7 +42,7 @@ class Source:
     body: str
     inputs: tuple[str, ...]
     """The independent numbers behind it, D of them, as "x"; of a covariance its principal axes."""
-    values: Callable[[NDArray[np.float64]], NDArray[np.float64]]
+    values: Callable[[Numbers], Numbers]
     """From points of the unit cube, shape (N, D), to values (N, 1), or of a pose or a velocity to
     errors (N, 6)."""
     given: Any = None
@@ -216,7 +217,7 @@ def is_covariance(value: Any) -> bool:
     return isinstance(value, Sequence) and len(value) > 0 and isinstance(value[0], Sequence)
 
 
-def covariance_root(place: str, value: ArrayLike) -> NDArray[np.float64]:
+def covariance_root(place: str, value: ArrayLike) -> Numbers:
     """A square root of the matrix, (6, D): its principal axes, each as long as its deviation."""
     matrix = numbers_of(place, value, "a covariance (6, 6) of finite numbers", (6, 6))
     most = SYMMETRIC * np.abs(matrix).max()
@@ -316,7 +317,7 @@ def _of_columns(
     """A source of independent numbers; those that are known exactly take no input."""
     drawn = [(k, of) for k, of in enumerate(columns.values()) if of is not None]
 
-    def values(u: NDArray[np.float64]) -> NDArray[np.float64]:
+    def values(u: Numbers) -> Numbers:
         found = np.zeros((len(u), len(columns)))
         for column, (k, of) in enumerate(drawn):
             found[:, k] = of(u[:, column])
@@ -339,7 +340,7 @@ def _quantiles(place: str, value: Any, center: float) -> Quantiles | None:
     return (lambda u: center + deviation * standard_normal(u)) if deviation else None
 
 
-def standard_normal(u: NDArray[np.float64]) -> NDArray[np.float64]:
+def standard_normal(u: Numbers) -> Numbers:
     """Its quantiles at numbers of the open unit interval."""
     from scipy.special import ndtri
 

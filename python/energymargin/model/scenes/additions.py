@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin._core import Compound, Scene, World
+from energymargin.base.arrays import Numbers
 from energymargin.base.errors import EnergyMarginError
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import warn
@@ -270,7 +270,7 @@ def _empty(scene: Scene) -> Scene:
     )
 
 
-def _overlaps(world: World, state: NDArray[np.float64] | None = None) -> dict[Pair, float]:
+def _overlaps(world: World, state: Numbers | None = None) -> dict[Pair, float]:
     """How deep [m] links overlap each other, or fixed bodies, in a state, by default the start.
 
     What moves apart from a link, as an object in a gripper, touches it: that is a contact.
@@ -295,7 +295,7 @@ def _always(world: World, pairs: Iterable[Pair], limit: Limit) -> set[Pair]:
     return left
 
 
-def _poses(robot: Scene, limit: Limit) -> Iterator[NDArray[np.float64]]:
+def _poses(robot: Scene, limit: Limit) -> Iterator[Numbers]:
     """States, each of shape (n,), with the robot's joints at random within their limits."""
     random = np.random.default_rng(0)
     moving = [j for j in robot.joints if j.type != "fixed" and j.mimic is None and not j.held]

@@ -9,9 +9,9 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin._core import Box, Capsule, Compound, ConvexHull, Cylinder, Inertial, Part, Sphere
+from energymargin.base.arrays import Numbers
 from energymargin.base.limits import Limit
 from energymargin.model.scenes import reports
 from energymargin.model.scenes.additions import GYRATION, NEGLIGIBLE, Additions
@@ -40,7 +40,7 @@ class Builder:
     """By body, where it is not "none"."""
     base: Pose
     """Name of the subtree's root, or of the world."""
-    gravity: NDArray[np.float64]
+    gravity: Numbers
     prefix: str
     limit: Limit
 
@@ -318,7 +318,7 @@ Solid = Box | Sphere | Cylinder | Capsule | ConvexHull
 
 
 # By MuJoCo's geom, from its size (3,).
-SOLIDS: Mapping[str, Callable[[NDArray[np.float64]], Solid]] = {
+SOLIDS: Mapping[str, Callable[[Numbers], Solid]] = {
     "box": lambda size: Box(2 * size),
     "sphere": lambda size: Sphere(size[0]),
     "capsule": lambda size: Capsule(size[0], 2 * size[1]),
@@ -356,17 +356,17 @@ def _solid(model: Any, geom: int) -> Solid:
         raise ValueError(f"geom {name_of(model, 'geom', geom)!r}: {error}") from error
 
 
-def _even_directions(count: int) -> NDArray[np.float64]:
+def _even_directions(count: int) -> Numbers:
     """Unit vectors (count, 3) along a spiral from pole to pole."""
     z = 1 - (2 * np.arange(count) + 1) / count
     turns, radius = GOLDEN_ANGLE * np.arange(count), np.sqrt(1 - z * z)
     return np.stack([radius * np.cos(turns), radius * np.sin(turns), z], axis=1)
 
 
-def _hull(model: Any, mesh: int) -> NDArray[np.float64]:
+def _hull(model: Any, mesh: int) -> Numbers:
     """The corners (n, 3) of the convex hull that MuJoCo collides, in the geom's frame."""
     first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
-    points: NDArray[np.float64] = np.asarray(model.mesh_vert[first : first + count], float)
+    points: Numbers = np.asarray(model.mesh_vert[first : first + count], float)
     graph = model.mesh_graphadr[mesh]
     if graph < 0:
         return points

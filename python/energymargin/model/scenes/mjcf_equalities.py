@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from energymargin.base.arrays import Numbers
 from energymargin.model.scenes.mjcf_model import (
     Features,
     Selection,
@@ -229,5 +229,5 @@ def _frames(model: Any, equality: int, kind: str) -> tuple[Pose, Pose]:
     return local_pose(data[3:6], data[6:10]), _at(data[:3])
 
 
-def _at(point: NDArray[np.float64]) -> Pose:
+def _at(point: Numbers) -> Pose:
     return local_pose(point, (1.0, 0.0, 0.0, 0.0))

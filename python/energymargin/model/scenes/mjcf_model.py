@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from energymargin.base.arrays import Numbers
 from energymargin.base.checks import check_type
 from energymargin.base.errors import needs_extra
 from energymargin.base.plausibility import warn
@@ -118,15 +118,15 @@ def local_pose(position: Any, quaternion: Any) -> Pose:
 class ModelStart(Record):
     """Where a model is when its scene begins."""
 
-    positions: NDArray[np.float64]
+    positions: Numbers
     """MuJoCo's qpos (nq,)."""
-    velocities: NDArray[np.float64]
+    velocities: Numbers
     """MuJoCo's qvel (nv,)."""
-    control: NDArray[np.float64]
+    control: Numbers
     """MuJoCo's ctrl, within the actuators' ranges."""
     poses: list[Pose]
     """Poses of the bodies in the world."""
-    twists: NDArray[np.float64]
+    twists: Numbers
     """Angular and linear velocity of the bodies' frames along the world's axes, (nbody, 6)."""
 
 

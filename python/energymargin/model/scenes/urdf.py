@@ -16,12 +16,7 @@ from energymargin.base.checks import one_of, positive_number
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import warn
 from energymargin.model.meshes.files import shape_of, warn_of_open
-from energymargin.model.meshes.settings import (
-    MAX_POINTS,
-    THRESHOLD,
-    FlatMeshError,
-    PartSettings,
-)
+from energymargin.model.meshes.settings import MAX_POINTS, THRESHOLD, FlatMeshError, PartSettings
 from energymargin.model.pads import Pad, add_pads
 from energymargin.model.scenes import additions, reports
 from energymargin.model.scenes.additions import BASES, Additions, FileMistakes, counted

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin._core import LEAST_GYRATION, MOST_GYRATION, Inertial, mass_properties
+from energymargin.base.arrays import Numbers
 from energymargin.base.plausibility import warn
 from energymargin.model.scenes.additions import GYRATION, FileMistakes
 from energymargin.model.scenes.corners import shape_parts
@@ -88,18 +88,13 @@ def warn_of_links(path: Path, robot: Robot, bodies: Mapping[str, Mapping[str, An
     for kind, link, text in (*_of_masses(bodies, points), *_of_places(robot, points)):
         found.setdefault(kind, []).append(f"{link!r} ({text})")
     texts = [
-        (
-            f"{path}: {kind}",
-            f"{path.name} has links with {kind}? {', '.join(links)}. {WAY_OUT}.",
-        )
+        (f"{path}: {kind}", f"{path.name} has links with {kind}? {', '.join(links)}. {WAY_OUT}.")
         for kind, links in found.items()
     ]
     warn(texts, f"{path} {found}")
 
 
-def _of_masses(
-    bodies: Mapping[str, Mapping[str, Any]], points: Mapping[str, NDArray[np.float64]]
-) -> Found:
+def _of_masses(bodies: Mapping[str, Mapping[str, Any]], points: Mapping[str, Numbers]) -> Found:
     for name, body in bodies.items():
         inertial, mass = body.get("inertial"), body["mass"]
         if inertial is None or not len(points[name]):
@@ -136,11 +131,11 @@ def _of_other_axes(shape: Any, mass: float, inertial: Inertial) -> str:
     return ORIGIN if _difference(own, moved) < SAME else ""
 
 
-def _difference(own: NDArray[np.float64], expected: NDArray[np.float64]) -> float:
+def _difference(own: Numbers, expected: Numbers) -> float:
     return float(np.linalg.norm(own - expected) / np.linalg.norm(expected))
 
 
-def _of_places(robot: Robot, points: Mapping[str, NDArray[np.float64]]) -> Found:
+def _of_places(robot: Robot, points: Mapping[str, Numbers]) -> Found:
     """Links that are far from those they hang on, with all joints at 0."""
     for joint in robot.joints.values():
         child, parent = points[joint.child], points[joint.parent]

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin._core import Box, Cylinder, Mimic, Sphere, Surface
+from energymargin.base.arrays import Numbers
 from energymargin.model.scenes.poses import Pose, from_rpy
 from energymargin.model.scenes.urdf_elements import SURFACE, end_of
 
@@ -166,7 +166,7 @@ def _number(element: ET.Element | None, name: str, default: float) -> float:
     return _numbers(element, name, (default,))[0]
 
 
-def _inertia(element: ET.Element | None) -> NDArray[np.float64] | None:
+def _inertia(element: ET.Element | None) -> Numbers | None:
     """Matrix (3, 3)."""
     if element is None:
         return None
