@@ -54,25 +54,18 @@ class Agent:
     def given(self, seen: Numbers) -> dict[str, Numbers]:
         """Observations by the names of their space; "" of one that is no Dict."""
         if self.parts:
-            return self._by_name(seen)
+            ends = np.cumsum([int(np.prod(shape)) for _, shape in self.parts])
+            if seen.shape[1:] != (ends[-1],):
+                raise ValueError(
+                    f"the agent sees rows of the shape {seen.shape[1:]}, expected ({ends[-1]},), "
+                    "all parts of the observation space in its order"
+                )
+            columns = zip(self.parts, np.split(seen, ends[:-1], axis=1), strict=True)
+            return {name: part.reshape(len(seen), *shape) for (name, shape), part in columns}
         if self.sees is not None and seen.shape[1:] == (int(np.prod(self.sees)),):
             seen = seen.reshape(len(seen), *self.sees)
         _require_shape("the agent sees", seen, self.sees, "observation", "give observe=")
         return {"": seen}
-
-    def _by_name(self, seen: Numbers) -> dict[str, Numbers]:
-        """The parts of a Dict observation."""
-        ends = np.cumsum([int(np.prod(shape)) for _, shape in self.parts])
-        if seen.shape[1:] != (ends[-1],):
-            raise ValueError(
-                f"the agent sees rows of the shape {seen.shape[1:]}, expected ({ends[-1]},), all "
-                "parts of the observation space in its order"
-            )
-        columns = np.split(seen, ends[:-1], axis=1)
-        return {
-            name: part.reshape(len(seen), *shape)
-            for (name, shape), part in zip(self.parts, columns, strict=True)
-        }
 
 
 @dataclass(frozen=True)
@@ -131,9 +124,8 @@ class Bounded:
 
     def __call__(self, actions: Numbers) -> ArrayLike:
         """Commands, a row an action."""
-        clipped = actions
-        if self.low is not None:
-            clipped = np.clip(actions, np.ravel(self.low), np.ravel(self.high))
+        free = self.low is None
+        clipped = actions if free else np.clip(actions, np.ravel(self.low), np.ravel(self.high))
         return clipped if self.convert is None else self.convert(clipped)
 
 

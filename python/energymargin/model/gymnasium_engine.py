@@ -186,15 +186,15 @@ class Gymnasium(Serial):
         if self._inside is not None:
             return self._inside.read()
         state = self.scene.pack()
-        for name in self._read:
-            state[self.scene.slice(name)] = self._body(name)
+        for name, read in self._read.items():
+            state[self.scene.slice(name)] = _row(self.env, name, read)
         return np.asarray(state)
 
     def bodies(self) -> Numbers:
         """As the base class says."""
         if self._inside is not None:
             return self._inside.bodies()
-        return np.array([self._body(name) for name in self._objects])
+        return np.array([_row(self.env, name, read) for name, read in self._objects.items()])
 
     def __reduce__(self) -> tuple[Any, ...]:
         """With the environment, as that is pickled, and where it is; ValueError with handles."""
@@ -211,12 +211,6 @@ class Gymnasium(Serial):
     def observe(self) -> Numbers:
         """As the base class says, flat: the parts of a dict in the order of its space."""
         return np.zeros(0) if self._observe is None else _flat(self.env, self._observe(self.env))
-
-    def _body(self, name: str) -> Numbers:
-        row = np.asarray(self._read[name](self.env), dtype=float)
-        if row.shape != (13,):
-            raise ValueError(f"the function of {name!r} has the shape {row.shape}, expected (13,)")
-        return row
 
 
 @dataclass(frozen=True)
@@ -280,14 +274,20 @@ def _functions(bodies: Bodies) -> dict[str, Read]:
     return dict(bodies) if isinstance(bodies, Mapping) else {}
 
 
+def _row(env: Any, name: str, read: Read) -> Numbers:
+    """What a function says of a body, shape (13,)."""
+    row = np.asarray(read(env), dtype=float)
+    if row.shape != (13,):
+        raise ValueError(f"objects has {name!r} of the shape {row.shape}, expected (13,)")
+    return row
+
+
 def _boxes(env: Any, objects: Mapping[str, Read], others: Mapping[str, Read], step: float) -> Scene:
     """Bodies that stand for those that are read."""
     scene = Scene(gravity=(0, 0, 0), step=step)
     for role, bodies in (("object", objects), ("effector", others)):
         for name, read in bodies.items():
-            row = np.asarray(read(env), dtype=float)
-            if row.shape != (13,):
-                raise ValueError(f"objects has {name!r} of the shape {row.shape}, expected (13,)")
+            row = _row(env, name, read)
             place: dict[str, Any] = {"position": row[:3], "orientation": row[3:7]}
             scene.add_body(name, Box([SMALL] * 3), mass=ALONE, role=role, **place)
     return scene

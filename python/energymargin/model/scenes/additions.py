@@ -39,6 +39,9 @@ BLOCKED = 0.25  # share of them in which a hull and another link overlap, from w
 DRIVING = ("held", "stiffness", "target_velocity", "mimic")
 OVERLAPPING = "overlapping"
 NAMED = 3  # bodies in a warning
+SETTINGS = (  # of a scene
+    *("gravity", "step", "solver_iterations", "solver_tolerance", "margin", "friction_rule"),
+)
 Pair = tuple[str, str]
 
 
@@ -209,20 +212,13 @@ def added(
     moving = [joint for joint in new.joints if joint["type"] != "fixed"]
     driving = (tendon["joints"] for tendon in new.tendons if any(map(tendon.get, DRIVING)))
     by_tendon = {joint for joints in driving for joint in joints}
-    undriven = [
-        joint["name"]
-        for joint in moving
-        if not any(map(joint.get, DRIVING)) and joint["name"] not in by_tendon
-    ]
-    rows = [*new.rows, *(ReportRow(reports.UNDRIVEN, name) for name in undriven)]
-    driven = [joint for joint in moving if joint.get("stiffness") and not joint.get("held")]
-    rows += [
-        ReportRow(
-            reports.HOLDS, joint["name"], f"{joint.get('start', 0.0):.4g}, for want of a target"
-        )
-        for joint in driven
-        if joint.get("target") is None
-    ]
+    rows = list(new.rows)
+    for joint in moving:
+        if not any(map(joint.get, DRIVING)) and joint["name"] not in by_tendon:
+            rows.append(ReportRow(reports.UNDRIVEN, joint["name"]))
+        elif joint.get("stiffness") and not joint.get("held") and joint.get("target") is None:
+            start = f"{joint.get('start', 0.0):.4g}, for want of a target"
+            rows.append(ReportRow(reports.HOLDS, joint["name"], start))
     if self_collision and moving:
         limit.require("links that overlap were looked for")
         world = World(made)
@@ -260,14 +256,7 @@ def check_names(
 
 def _empty(scene: Scene) -> Scene:
     """A scene without bodies, stepped as the given one."""
-    return Scene(
-        scene.gravity,
-        scene.step,
-        scene.solver_iterations,
-        scene.solver_tolerance,
-        scene.margin,
-        scene.friction_rule,
-    )
+    return Scene(**{name: getattr(scene, name) for name in SETTINGS})
 
 
 def _overlaps(world: World, state: Numbers | None = None) -> dict[Pair, float]:

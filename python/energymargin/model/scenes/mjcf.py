@@ -189,10 +189,8 @@ def _base_pose(
             )
         return np.eye(4)
     there = place(selection.start.poses[selection.root])
-    return pose(
-        there["position"].tolist() if position is None else position,
-        there["orientation"].tolist() if orientation is None else orientation,
-    )
+    given = {"position": position, "orientation": orientation}
+    return pose(**{k: there[k].tolist() if v is None else v for k, v in given.items()})
 
 
 def _roles(selection: Selection, given: Mapping[str, Names]) -> dict[int, str]:

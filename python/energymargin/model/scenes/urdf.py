@@ -204,27 +204,17 @@ def _place_as_given(at: Pose, orientation: Sequence[float]) -> dict[str, Any]:
 
 def _rows(robot: Robot, prefix: str) -> list[ReportRow]:
     """Of the report: what is left out, what is a frame, what is stated, and whose effort counts."""
-    return [
-        *(ReportRow(reports.LEFT_OUT, name, str(count)) for name, count in robot.left_out.items()),
-        *(
-            reports.FrameRow.of(
-                prefix + name,
-                f"{prefix}{of} at {_rounded(at)} m",
-                (prefix + of, (*at[:3, 3].tolist(), *place(at)["orientation"].tolist())),
-            )
-            for name, (of, at) in robot.merged.items()
-        ),
-        *(ReportRow(reports.STATED, prefix + name, value) for name, value in robot.stated.items()),
-        *(
-            ReportRow(
-                reports.EFFORT,
-                prefix + joint.name,
-                f"{joint.effort:g}: that of {prefix + joint.mimic.joint} counts",
-            )
-            for joint in robot.joints.values()
-            if joint.mimic and 0.0 < joint.effort < math.inf
-        ),
+    rows = [ReportRow(reports.LEFT_OUT, name, str(count)) for name, count in robot.left_out.items()]
+    for name, (of, at) in robot.merged.items():
+        rows.append(ReportRow(reports.FRAME, prefix + name, f"{prefix}{of} at {_rounded(at)} m"))
+    rows += [
+        ReportRow(reports.STATED, prefix + name, value) for name, value in robot.stated.items()
     ]
+    for joint in robot.joints.values():
+        if joint.mimic and 0.0 < joint.effort < math.inf:
+            value = f"{joint.effort:g}: that of {prefix + joint.mimic.joint} counts"
+            rows.append(ReportRow(reports.EFFORT, prefix + joint.name, value))
+    return rows
 
 
 def _rounded(at: Pose) -> str:
