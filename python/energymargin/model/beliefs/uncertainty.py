@@ -137,22 +137,18 @@ class Uncertainty:
         for quantity, value in self.given.items():
             if isinstance(scene.engine, Engine) and quantity not in ERRORS:
                 continue
-            known = {
-                own: one
-                for name, one in _by_body(quantity, value)
-                for own in ([name] if name else objects)
-            }
+            known = _by_name(quantity, value, objects)
             for name in known:
                 _check_body(scene, bodies, quantity, name)
             pairs = {n: one for n, one in known.items() if isinstance(one, Mapping)}
-            alone = {n: one for n, one in known.items() if n not in pairs}
-            for name, body in bodies.items():
-                if name in alone:
-                    at = body.surface if quantity.startswith(("torsional", "rolling")) else body
-                    center = getattr(at, quantity, 0.0) if quantity in VALUES else 0.0
-                    sources.append(source_of(quantity, name, alone[name], center))
+            alone = [name for name in bodies if name in known and name not in pairs]
+            for name in alone:
+                turns = quantity.startswith(("torsional", "rolling"))
+                at = bodies[name].surface if turns else bodies[name]
+                center = getattr(at, quantity, 0.0) if quantity in VALUES else 0.0
+                sources.append(source_of(quantity, name, known[name], center))
             if quantity == "friction":
-                sources += _pair_sources(scene, pairs, list(alone))
+                sources += _pair_sources(scene, pairs, alone)
         return [source for source in sources if source.inputs]
 
     def to_json(self) -> str:
@@ -183,6 +179,12 @@ def _by_body(quantity: str, value: Any) -> list[tuple[str, Any]]:
     if not value or not all(isinstance(name, str) and name for name in value):
         raise ValueError(f"{quantity} is {shown(value)}, expected names of bodies as its keys")
     return list(value.items())
+
+
+def _by_name(quantity: str, value: Any, objects: Sequence[str]) -> dict[str, Any]:
+    """By the name of a body, or of what an engine varies; what is of all objects is of each."""
+    given = _by_body(quantity, value)
+    return {own: one for name, one in given for own in ([name] if name else objects)}
 
 
 def is_distribution(value: Any) -> bool:
@@ -267,16 +269,15 @@ def _engine_sources(
     for quantity, value in given.items():
         if quantity in ERRORS:
             continue
-        for body, one in _by_body(quantity, value):
-            for own in [body] if body else objects:
-                name = own if quantity == "engine" else f"{quantity}.{own}"
-                if name not in engine.varies or isinstance(one, Mapping):
-                    known = ", ".join(engine.varies) or "nothing"
-                    raise ValueError(
-                        f"{quantity} is {shown(value)}, but the engine {engine.name!r} does not "
-                        f"vary {name!r}, expected some of {known}"
-                    )
-                sources.append(source_of("engine", name, one, engine.varies[name]))
+        for own, one in _by_name(quantity, value, objects).items():
+            name = own if quantity == "engine" else f"{quantity}.{own}"
+            if name not in engine.varies or isinstance(one, Mapping):
+                known = ", ".join(engine.varies) or "nothing"
+                raise ValueError(
+                    f"{quantity} is {shown(value)}, but the engine {engine.name!r} does not "
+                    f"vary {name!r}, expected some of {known}"
+                )
+            sources.append(source_of("engine", name, one, engine.varies[name]))
     return sources
 
 
@@ -315,16 +316,15 @@ def _of_columns(
     quantity: str, body: str, given: Any, columns: Mapping[str, Quantiles | None]
 ) -> Source:
     """A source of independent numbers; those that are known exactly take no input."""
-    drawn = [(k, of) for k, of in enumerate(columns.values()) if of is not None]
+    drawn = [(k, name, of) for k, (name, of) in enumerate(columns.items()) if of is not None]
 
     def values(u: Numbers) -> Numbers:
         found = np.zeros((len(u), len(columns)))
-        for column, (k, of) in enumerate(drawn):
+        for column, (k, _, of) in enumerate(drawn):
             found[:, k] = of(u[:, column])
         return found
 
-    inputs = tuple(name for name, of in columns.items() if of is not None)
-    return Source(quantity, body, inputs, values, given)
+    return Source(quantity, body, tuple(name for _, name, _ in drawn), values, given)
 
 
 def _quantiles(place: str, value: Any, center: float) -> Quantiles | None:
