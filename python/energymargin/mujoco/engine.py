@@ -16,10 +16,9 @@ from mujoco import rollout as mujoco_rollout
 import energymargin as em
 from energymargin.base.arrays import Numbers
 from energymargin.base.checks import check_type, core_count
+from energymargin.mujoco.models import scene_of, values_of, varied_model
 from energymargin.mujoco.reading import INTEGRATION, Columns, Reader
-from energymargin.mujoco.scene_of import scene_of
 from energymargin.mujoco.states import States, require_data
-from energymargin.mujoco.variation import values_of, varied_model
 
 USER = mujoco.mjtState.mjSTATE_USER.value
 PIECE = 500  # steps, after which a rollout sees that it is interrupted

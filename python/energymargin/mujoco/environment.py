@@ -10,8 +10,8 @@ import numpy as np
 
 import energymargin as em
 from energymargin.base.arrays import Numbers
+from energymargin.mujoco.models import scene_of
 from energymargin.mujoco.reading import INTEGRATION, Columns, Reader
-from energymargin.mujoco.scene_of import scene_of
 from energymargin.mujoco.states import States
 
 

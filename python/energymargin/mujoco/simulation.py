@@ -12,9 +12,9 @@ import numpy as np
 import energymargin as em
 from energymargin.base.arrays import Numbers
 from energymargin.mujoco.engine import Engine
+from energymargin.mujoco.models import geoms_of
 from energymargin.mujoco.reading import INTEGRATION
 from energymargin.mujoco.states import States, servos
-from energymargin.mujoco.variation import geoms_of
 
 
 class Instant(NamedTuple):

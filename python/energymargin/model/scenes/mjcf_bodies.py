@@ -56,7 +56,7 @@ class Builder:
         self._planes: dict[str, dict[str, Any]] = {}
         self._joints: list[tuple[int | None, dict[str, Any]]] = []
         self._of_group: dict[Group, str] = {}
-        self._stated: dict[str, float] = {}
+        self._rows: list[ReportRow] = []
 
     def additions(
         self, drives: Mapping[int, dict[str, Any]], ties: list[Tie], *, self_collision: bool
@@ -72,21 +72,10 @@ class Builder:
         joints = sorted(self._joints, key=lambda each: order.index(each[0]))
         loops = [self._loop(tie) for tie in ties]
         disabled, frictions = self._pairs(self_collision)
-        return Additions(
-            sorted(self._bodies.values(), key=lambda keywords: bool(keywords["mass"] > 0)),
-            [
-                {**keywords, **({} if joint is None else drives[joint])}
-                for joint, keywords in joints
-            ],
-            disabled,
-            frictions,
-            list(self._planes.values()),
-            [
-                ReportRow(reports.STATED, name, f"{mass:.3g} kg")
-                for name, mass in self._stated.items()
-            ],
-            loops=loops,
-        )
+        bodies = sorted(self._bodies.values(), key=lambda keywords: bool(keywords["mass"] > 0))
+        jointed = [{**of, **({} if joint is None else drives[joint])} for joint, of in joints]
+        planes = list(self._planes.values())
+        return Additions(bodies, jointed, disabled, frictions, planes, self._rows, loops=loops)
 
     def _loop(self, tie: Tie) -> dict[str, Any]:
         """Keywords of `Scene.add_loop`."""
@@ -260,7 +249,8 @@ class Builder:
         mass = float(model.body_mass[body])
         if mass <= MASSLESS:
             light = self._negligible(body)
-            self._stated[self.prefix + self._name(body)] = light["mass"]
+            name, mass = self.prefix + self._name(body), light["mass"]
+            self._rows.append(ReportRow(reports.STATED, name, f"{mass:.3g} kg"))
             return light
         least = NEGLIGIBLE * mass * GYRATION**2  # of a mass without extent
         inertial = Inertial(

@@ -25,9 +25,8 @@ from energymargin.model.scenes.poses import Pose, moved, place, pose, together
 from energymargin.model.scenes.reports import ReportRow
 from energymargin.model.scenes.urdf_elements import MIMIC
 from energymargin.model.scenes.urdf_inertias import moving_inertials, warn_of_links
-from energymargin.model.scenes.urdf_joints import joint_keywords
 from energymargin.model.scenes.urdf_model import Robot, read
-from energymargin.model.scenes.urdf_parts import Link, MeshFile, surface_of
+from energymargin.model.scenes.urdf_parts import Link, MeshFile, joint_keywords, surface_of
 
 MeshOf = Callable[[MeshFile], Compound]
 
