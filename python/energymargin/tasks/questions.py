@@ -141,8 +141,5 @@ def places_apart(
 def swept_from(scene: Scene, state: Vector, body: str) -> dict[str, Any]:
     """The planar motion of a body in a state, shape (n,), as `regions.Swept` takes it."""
     now = scene.unpack(state)[body]
-    return {
-        "position": now["position"][:2],
-        "velocity": now["velocity"][:2],
-        "yaw_rate": now["angular_velocity"][2],
-    }
+    position, velocity = now["position"][:2], now["velocity"][:2]
+    return {"position": position, "velocity": velocity, "yaw_rate": now["angular_velocity"][2]}

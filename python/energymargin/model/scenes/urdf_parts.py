@@ -1,5 +1,5 @@
-"""The links and the joints of a URDF file, each from its element, and the joints as those of a scene,
-with what a caller says of them."""
+"""Links and joints of a URDF file, each from its element, and joints as those of a scene, with what
+a caller says of them."""
 
 from __future__ import annotations
 
