@@ -54,10 +54,8 @@ def checked(file: h5py.File) -> list[Array]:
             name = f"{prefix}{key}"
             link = group.get(key, getlink=True)
             if isinstance(link, h5py.ExternalLink):
-                raise ValueError(
-                    f"{name!r} is a link to {link.filename!r}, expected a file that is whole by "
-                    "itself: copy what it links to into it"
-                )
+                expected = "expected a file that is whole by itself: copy what it links to into it"
+                raise ValueError(f"{name!r} is a link to {link.filename!r}, {expected}")
             thing = None if isinstance(link, h5py.SoftLink) else group[key]
             if thing is None or (place := _place(thing)) in seen:
                 continue

@@ -97,10 +97,8 @@ class Chunks:
             plan = np.asarray(_answer(self.agent.model, named, "predict_action_chunk"))
             wanted = (rows, *(self.agent.does or ()))
             if plan.ndim != 3 or (plan.shape[0], plan.shape[2]) != wanted:
-                raise ValueError(
-                    f"the agent planned actions of the shape {plan.shape}, expected {wanted[0]}, "
-                    f"their number, {wanted[1]}"
-                )
+                expected = f"expected {wanted[0]}, their number, {wanted[1]}"
+                raise ValueError(f"the agent planned actions of the shape {plan.shape}, {expected}")
             memory[empty, 0] = self.actions
             memory[empty, 1:] = plan[empty, : self.actions].reshape(int(empty.sum()), -1)
         width = int(np.prod(self.agent.does or ()))
@@ -182,10 +180,8 @@ def _require_shape(
     who: str, rows: NDArray[Any], shape: tuple[int, ...] | None, space: str, way_out: str
 ) -> None:
     if shape is not None and rows.shape[1:] != shape:
-        raise ValueError(
-            f"{who} rows of the shape {rows.shape[1:]}, expected {shape}, as the {space} space of "
-            f"the environment says: {way_out}"
-        )
+        expected = f"expected {shape}, as the {space} space of the environment says: {way_out}"
+        raise ValueError(f"{who} rows of the shape {rows.shape[1:]}, {expected}")
 
 
 def _answer(model: Any, seen: Any, method: str = "__call__") -> Any:

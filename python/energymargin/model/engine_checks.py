@@ -113,10 +113,8 @@ class _Checker:
             self.engine.play(replace(_rows(batch, everything), pushes=-batch.pushes))
             for what, part, kept in zip(PARTS, first, before, strict=True):
                 if not np.array_equal(part, kept, equal_nan=True):
-                    self.fail(
-                        f"play wrote over the {what} that it had returned before, expected a new "
-                        "array for each answer"
-                    )
+                    expected = "expected a new array for each answer"
+                    self.fail(f"play wrote over the {what} that it had returned before, {expected}")
         self.whole = self.play(batch)
         for state in self.whole[0].reshape(-1, batch.states.shape[1]):
             try:

@@ -199,10 +199,8 @@ class Gymnasium(Serial):
     def __reduce__(self) -> tuple[Any, ...]:
         """With the environment, as that is pickled, and where it is; ValueError with handles."""
         if self.saved is None:
-            raise ValueError(
-                f"the engine {self.name!r} saves handles, expected numbers where it is pickled, as "
-                "for another process"
-            )
+            expected = "expected numbers where it is pickled, as for another process"
+            raise ValueError(f"the engine {self.name!r} saves handles, {expected}")
         own = {"save": self._save, "restore": self._restore, "push": self._push}
         given = {**self._given, **own, "step": self.step, "name": self.name}
         scene = self._scene_as_text(self.scene)
@@ -232,10 +230,8 @@ def _unpickled(
     engine._go_to(origin)
     engine._origin, engine.state = origin, engine.read()
     if not np.array_equal(engine.observe(), seen):
-        raise ValueError(
-            "the environment observes something else in another process, expected save= and "
-            "restore= of what it has besides MuJoCo's state, as a goal"
-        )
+        expected = "expected save= and restore= of what it has besides MuJoCo's state, as a goal"
+        raise ValueError(f"the environment observes something else in another process, {expected}")
     return engine
 
 
@@ -253,10 +249,8 @@ def _inside(env: Any, **given: Any) -> Inside:
     model = getattr(getattr(sim, "model", None), "_model", getattr(inner, "model", None))
     data = getattr(getattr(sim, "data", None), "_data", getattr(inner, "data", None))
     if model is None or data is None:
-        raise ValueError(
-            f"env is {shown(env)}, which has no model and data of MuJoCo, expected functions in "
-            "objects={...}, save= and restore="
-        )
+        expected = "expected functions in objects={...}, save= and restore="
+        raise ValueError(f"env is {shown(env)}, which has no model and data of MuJoCo, {expected}")
     from energymargin.mujoco.environment import Inside
 
     return Inside(model, data, **given)

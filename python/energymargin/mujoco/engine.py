@@ -82,10 +82,8 @@ class Engine(em.engines.Engine):
         self._has_own_scene = scene is not None
         for body in self._roles["objects"]:
             if self.model.body_weldid[self.model.body(body).id] == 0:
-                raise ValueError(
-                    f"objects has {body!r}, which no joint lets move, expected bodies that a push "
-                    "can move"
-                )
+                expected = "expected bodies that a push can move"
+                raise ValueError(f"objects has {body!r}, which no joint lets move, {expected}")
         self.columns = Columns(self.model)
         """Where what is in its memory."""
         self.memory = self.columns.size

@@ -124,10 +124,8 @@ def _require_same(problem: em.Problem, state: Numbers) -> None:
         speeds = [np.abs(one[w] - two[w]).max() for w in ("velocity", "angular_velocity")]
         off = float(max(*_between(one, two), *speeds))
         if off > SAME:
-            raise ValueError(
-                f"data has '{name}' off the problem's state by {off:.3g}, expected that state: "
-                "problem.with_state(...) takes that of the data"
-            )
+            expected = "expected that state: problem.with_state(...) takes that of the data"
+            raise ValueError(f"data has '{name}' off the problem's state by {off:.3g}, {expected}")
 
 
 def _require_targets(problem: em.Problem, model: Any, data: Any) -> None:

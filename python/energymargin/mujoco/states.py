@@ -249,10 +249,8 @@ def require_data(model: Any, data: Any) -> None:
     sizes = {"nq": data.qpos.size, "nv": data.qvel.size, "nbody": len(data.xpos)}
     for name, size in sizes.items():
         if size != (wanted := int(getattr(model, name))):
-            raise ValueError(
-                f"data is of a model with {name} = {size}, expected that of the model, which has "
-                f"{wanted}: mujoco.MjData(model)"
-            )
+            expected = f"expected that of the model, which has {wanted}: mujoco.MjData(model)"
+            raise ValueError(f"data is of a model with {name} = {size}, {expected}")
 
 
 def state(

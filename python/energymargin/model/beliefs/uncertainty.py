@@ -206,10 +206,8 @@ def _check(place: str, quantity: str, value: Any) -> None:
 def _six(place: str, value: Any) -> list[Any]:
     if isinstance(value, (Sequence, np.ndarray)) and len(value) == 6:
         return list(value)
-    raise ValueError(
-        f"{place} is {shown(value)}, expected six standard deviations or distributions, or a "
-        "covariance (6, 6)"
-    )
+    expected = "expected six standard deviations or distributions, or a covariance (6, 6)"
+    raise ValueError(f"{place} is {shown(value)}, {expected}")
 
 
 def is_covariance(value: Any) -> bool:

@@ -215,10 +215,8 @@ def _require_no_cavity(surface: Trimesh, path: Path, limit: Limit) -> None:
         points = points_within(piece)
         around = winding_numbers(points, surface) - winding_numbers(points, piece)
         if (around > 0.5).mean() > 0.5:
-            raise ValueError(
-                f"{path} has a cavity and holes, expected a closed surface; "
-                "decompose=False takes the convex hull of it all"
-            )
+            expected = "expected a closed surface; decompose=False takes the convex hull of it all"
+            raise ValueError(f"{path} has a cavity and holes, {expected}")
 
 
 def _solid(bodies: Sequence[Solid]) -> MassProperties:
