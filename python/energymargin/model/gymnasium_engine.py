@@ -121,14 +121,10 @@ class Gymnasium(Serial):
         """
         if self._observe is None:
             raise ValueError("the environment has no _get_obs, expected an engine with observe=")
-        given = {
-            "observe": Last(self.observed),
-            "command": list(self.commands),
-            "period": self.step,
-        }
+        given: dict[str, Any] = {"observe": Last(self.observed), "command": list(self.commands)}
         if not self.env.action_space.shape:
             given["convert"] = _columns
-        return Policy.from_gymnasium(self.env, model, **{**given, **options})
+        return Policy.from_gymnasium(self.env, model, **{"period": self.step, **given, **options})
 
     def put(self, state: Numbers) -> None:
         """As the base class says. Raises ValueError if only the environment can."""

@@ -30,10 +30,7 @@ SAG = 0.1  # rad or m; a position drive that is off by more does not hold its lo
 HELD = 0.9  # of the load of a joint; a drive that gives less is not what holds it
 FEW = 3  # geoms that are named
 STEPS_OF_SOLREF = 2.0  # a time constant below so many steps is as stiff as none
-DIVERGES = (
-    *(mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL),
-    mujoco.mjtWarning.mjWARN_BADQACC,
-)
+DIVERGES = [getattr(mujoco.mjtWarning, f"mjWARN_BAD{what}") for what in ("QPOS", "QVEL", "QACC")]
 FIXED = mujoco.mjtGain.mjGAIN_FIXED
 PLAIN = (  # drives whose force follows their control
     *(mujoco.mjtDyn.mjDYN_NONE, mujoco.mjtDyn.mjDYN_FILTER, mujoco.mjtDyn.mjDYN_FILTEREXACT),

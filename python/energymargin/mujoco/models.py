@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from copy import copy
+from functools import partial
 from typing import Any
 
 import mujoco
@@ -54,20 +55,11 @@ def _add_box(scene: em.Scene, model: Any, data: Any, name: str, role: str) -> No
     reach = float(reaches.max(initial=0.0))
     mass, inertial = float(model.body_mass[number]), None
     if mass > 0.0 and model.body_inertia[number].all():
-        inertial = em.Inertial(
-            center=model.body_ipos[number],
-            inertia=model.body_inertia[number],
-            axes=np.roll(model.body_iquat[number], -1),
-        )
-    scene.add_body(
-        name,
-        em.Box([2 * max(reach, SMALLEST)] * 3),
-        mass=mass or FRAME,
-        inertial=inertial,
-        position=data.xpos[number],
-        orientation=np.roll(data.xquat[number], -1),
-        role=role,
-    )
+        center, axes = model.body_ipos[number], np.roll(model.body_iquat[number], -1)
+        inertial = em.Inertial(center, inertia=model.body_inertia[number], axes=axes)
+    add = partial(scene.add_body, mass=mass or FRAME, inertial=inertial, role=role)
+    turn, box = np.roll(data.xquat[number], -1), em.Box([2 * max(reach, SMALLEST)] * 3)
+    add(name, box, position=data.xpos[number], orientation=turn)
 
 
 def values_of(model: Any) -> dict[str, float]:

@@ -54,11 +54,9 @@ class Reader:
         self._scene, self._model, self._columns, self._states = scene, model, columns, states
         self.objects = [states.body_id(b.name) for b in scene.bodies if b.role == "object"]
         """Their numbers in the model."""
-        self._free = {
-            number: (int(model.jnt_qposadr[at]), int(model.jnt_dofadr[at]))
-            for at, number in enumerate(model.jnt_bodyid)
-            if model.jnt_type[at] == mujoco.mjtJoint.mjJNT_FREE
-        }
+        free = model.jnt_type == mujoco.mjtJoint.mjJNT_FREE
+        addresses = np.stack([model.jnt_qposadr, model.jnt_dofadr], axis=1)[free].tolist()
+        self._free = dict(zip(model.jnt_bodyid[free].tolist(), addresses, strict=True))
         self._slides = _slides(model)
         names = states.names
         self._by_joints = all(number in self._free for _, number in names.free) and not (

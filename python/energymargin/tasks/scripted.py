@@ -6,6 +6,7 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
@@ -345,14 +346,8 @@ def _simulate(
     world: World, state: Vector, drive: Drive, record: NDArray[np.int64], limit: Limit
 ) -> Simulation:
     """One simulation to the last of the steps that are recorded, from 0, the state itself."""
-    return world.simulate(
-        state,
-        int(record[-1]),
-        drives=drive.wrenches,
-        targets=drive.targets,
-        record=record.tolist(),
-        **limit.rest(),
-    )
+    simulate = partial(world.simulate, drives=drive.wrenches, targets=drive.targets)
+    return simulate(state, int(record[-1]), record=record.tolist(), **limit.rest())
 
 
 class _InEngine(ScriptedTask):

@@ -253,11 +253,11 @@ class Builder:
             self._rows.append(ReportRow(reports.STATED, name, f"{mass:.3g} kg"))
             return light
         least = NEGLIGIBLE * mass * GYRATION**2  # of a mass without extent
-        inertial = Inertial(
-            model.body_ipos[body],
-            inertia=np.maximum(model.body_inertia[body], least),
-            axes=np.roll(model.body_iquat[body], -1),
+        moments, axes = (
+            np.maximum(model.body_inertia[body], least),
+            np.roll(model.body_iquat[body], -1),
         )
+        inertial = Inertial(model.body_ipos[body], inertia=moments, axes=axes)
         compensation = float(model.body_gravcomp[body])
         force = {"force": -compensation * mass * self.gravity} if compensation else {}
         return {"mass": mass, "inertial": inertial, **force}

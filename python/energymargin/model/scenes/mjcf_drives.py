@@ -217,10 +217,9 @@ class _Drives:
         """Whether a spatial tendon passes a body with joints of the selection, or below one."""
         model = self._model
         first, count = model.tendon_adr[tendon], model.tendon_num[tendon]
+        wraps = range(first, first + count)
         sites = [
-            int(model.wrap_objid[wrap])
-            for wrap in range(first, first + count)
-            if word("mjtWrap", model.wrap_type[wrap]) == "site"
+            model.wrap_objid[w] for w in wraps if word("mjtWrap", model.wrap_type[w]) == "site"
         ]
         bodies = {int(model.site_bodyid[site]) for site in sites}
         moved = {int(model.jnt_bodyid[joint]) for joint in self._own} | self._free

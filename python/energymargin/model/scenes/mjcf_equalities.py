@@ -110,12 +110,9 @@ def _pivot(rest: Linear, wanted: int | None, driven: set[int]) -> int:
 
 
 def _driven(model: Any) -> set[int]:
-    kinds, ends = model.actuator_trntype, model.actuator_trnid
-    return {
-        int(end[0])
-        for kind, end in zip(kinds, ends, strict=True)
-        if word("mjtTrn", kind) in ("joint", "jointinparent")
-    }
+    """Joints that actuators move."""
+    kinds = [word("mjtTrn", kind) for kind in model.actuator_trntype]
+    return set(model.actuator_trnid[np.isin(kinds, ("joint", "jointinparent")), 0].tolist())
 
 
 def _active(model: Any) -> Iterator[tuple[int, str]]:

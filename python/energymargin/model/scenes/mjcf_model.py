@@ -256,11 +256,8 @@ class Selection:
             for body in model.body_rootid[tie_ends(model, int(equality))]
             if model.body_mocapid[body] >= 0
         }
-        self.moved |= {
-            body
-            for body in np.flatnonzero(model.body_mocapid >= 0).tolist()
-            if name_of(model, "body", body) in effectors
-        }
+        mocaps = np.flatnonzero(model.body_mocapid >= 0).tolist()
+        self.moved |= {body for body in mocaps if name_of(model, "body", body) in effectors}
         self.moved |= {self.root} if base == "kinematic" and self.root is not None else set()
         self.joints: dict[int, list[int]] = {}
         self.carrier: dict[int, int] = {}

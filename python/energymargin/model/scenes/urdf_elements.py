@@ -45,8 +45,11 @@ OTHER_ROOTS = {
 SURFACE = ("rolling_friction", "spinning_friction", "restitution", "stiffness", "damping")
 CONTACT = ("lateral_friction", "inertia_scaling", *SURFACE)
 MAX_DEPTH = 100  # of nested elements; a shape is the fifth
-TURN = 6.2832  # rad; a full turn, with room for a rounded 2 pi
-FARTHEST = 20.0  # m; no part of a robot is farther from the one before it
+# By attribute of an origin its unit, its most, and the unit in which it was meant if it is more.
+UNITS = {
+    "rpy": ("rad", 6.2832, "degrees"),  # a full turn, with room for a rounded 2 pi
+    "xyz": ("m", 20.0, "millimetres"),  # no part of a robot is farther from the one before it
+}
 
 
 @dataclass(frozen=True)
@@ -259,17 +262,11 @@ def _units(path: Path, robot: ET.Element) -> Iterator[tuple[str, str]]:
             part = "" if place is item else f", {place.tag}"
             where = f"{item.tag} {item.get('name')!r}{part}:"
             for origin in place.findall("origin"):
-                for name, unit, most, other in (
-                    ("rpy", "rad", TURN, "degrees"),
-                    ("xyz", "m", FARTHEST, "millimetres"),
-                ):
-                    text = origin.get(name, "0")
+                for name, (unit, most, other) in UNITS.items():
+                    text, about = origin.get(name, "0"), f"{where} {name}"
                     if max(abs(float(word)) for word in text.split()) > most:
-                        yield (
-                            f"{where} {name}",
-                            f"{path.name}: {where} {name} is '{text}' {unit}, expected at most "
-                            f"{most:.4g}: was it meant in {other}?",
-                        )
+                        expected = f"expected at most {most:.4g}: was it meant in {other}?"
+                        yield about, f"{path.name}: {about} is '{text}' {unit}, {expected}"
 
 
 def parsed(path: Path, limit: Limit) -> tuple[ET.Element, set[str]]:

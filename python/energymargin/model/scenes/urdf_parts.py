@@ -101,14 +101,9 @@ def link_of(element: ET.Element) -> Link:
         Geometry(_shape(next(collision.iterfind("geometry/*"))), _pose(collision.find("origin")))
         for collision in element.findall("collision")
     ]
-    return Link(
-        name,
-        mass,
-        _pose(element.find("inertial/origin")),
-        None if inertia is None else scaling * inertia,
-        tuple(geometries),
-        contact,
-    )
+    center = _pose(element.find("inertial/origin"))
+    scaled = None if inertia is None else scaling * inertia
+    return Link(name, mass, center, scaled, tuple(geometries), contact)
 
 
 def surface_of(link: Link) -> dict[str, Surface]:
@@ -142,19 +137,13 @@ def joint_of(element: ET.Element) -> Joint:
     limits = None
     if limit is not None and ("lower" in limit.attrib or "upper" in limit.attrib):
         limits = (_number(limit, "lower", 0.0), _number(limit, "upper", 0.0))
-    return Joint(
-        name,
-        kind,
-        end_of(element, "parent"),
-        end_of(element, "child"),
-        _pose(element.find("origin")),
-        np.array(_numbers(element.find("axis"), "xyz", (1.0, 0.0, 0.0))),
-        limits,
-        _number(limit, "effort", math.inf),
-        _number(element.find("dynamics"), "damping", 0.0),
-        _number(element.find("dynamics"), "friction", 0.0),
-        _mimic(element.find("mimic")),
-    )
+    parent, child = end_of(element, "parent"), end_of(element, "child")
+    origin, dynamics = _pose(element.find("origin")), element.find("dynamics")
+    axis = np.array(_numbers(element.find("axis"), "xyz", (1.0, 0.0, 0.0)))
+    effort, mimic = _number(limit, "effort", math.inf), _mimic(element.find("mimic"))
+    damping, friction = _number(dynamics, "damping", 0.0), _number(dynamics, "friction", 0.0)
+    law = (limits, effort, damping, friction, mimic)
+    return Joint(name, kind, parent, child, origin, axis, *law)
 
 
 def _mimic(element: ET.Element | None) -> Mimic | None:
@@ -236,15 +225,11 @@ def _settable(joint: Joint) -> Sequence[str]:
 
 def _joint_frames(joint: Joint, prefix: str) -> dict[str, Any]:
     """Which bodies a joint connects, where, and how they move."""
+    names = {"name": joint.name, "parent": joint.parent, "child": joint.child}
+    keywords: dict[str, Any] = {key: prefix + name for key, name in names.items()}
+    keywords["type"] = "revolute" if joint.type == "continuous" else joint.type
     at = place(joint.origin)
-    keywords = {
-        "name": prefix + joint.name,
-        "parent": prefix + joint.parent,
-        "child": prefix + joint.child,
-        "type": "revolute" if joint.type == "continuous" else joint.type,
-        "origin": at["position"],
-        "orientation": at["orientation"],
-    }
+    keywords |= {"origin": at["position"], "orientation": at["orientation"]}
     if joint.type == "fixed":
         return keywords
     length = float(np.linalg.norm(joint.axis))
@@ -258,13 +243,9 @@ def _drive(joint: Joint, damping: float, friction: float, own: Mapping[str, Any]
     if joint.type == "fixed":
         return {}
     lower, upper = _given(joint.name, own["limits"]) if "limits" in own else _limits(joint)
-    return {
-        "limits": (lower, upper),
-        "start": min(max(0.0, lower), upper),
-        "damping": damping,
-        "friction": friction,
-        "torque_limit": _torque_limit(joint, own),
-    }
+    start, most = min(max(0.0, lower), upper), _torque_limit(joint, own)
+    resists = {"damping": damping, "friction": friction, "torque_limit": most}
+    return {"limits": (lower, upper), "start": start, **resists}
 
 
 def _torque_limit(joint: Joint, own: Mapping[str, Any]) -> float:
