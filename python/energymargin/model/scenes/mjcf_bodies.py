@@ -253,10 +253,8 @@ class Builder:
             self._rows.append(ReportRow(reports.STATED, name, f"{mass:.3g} kg"))
             return light
         least = NEGLIGIBLE * mass * GYRATION**2  # of a mass without extent
-        moments, axes = (
-            np.maximum(model.body_inertia[body], least),
-            np.roll(model.body_iquat[body], -1),
-        )
+        moments = np.maximum(model.body_inertia[body], least)
+        axes = np.roll(model.body_iquat[body], -1)
         inertial = Inertial(model.body_ipos[body], inertia=moments, axes=axes)
         compensation = float(model.body_gravcomp[body])
         force = {"force": -compensation * mass * self.gravity} if compensation else {}

@@ -216,12 +216,9 @@ class _Drives:
     def _near(self, tendon: int) -> bool:
         """Whether a spatial tendon passes a body with joints of the selection, or below one."""
         model = self._model
-        first, count = model.tendon_adr[tendon], model.tendon_num[tendon]
-        wraps = range(first, first + count)
-        sites = [
-            model.wrap_objid[w] for w in wraps if word("mjtWrap", model.wrap_type[w]) == "site"
-        ]
-        bodies = {int(model.site_bodyid[site]) for site in sites}
+        wraps = slice(model.tendon_adr[tendon], model.tendon_adr[tendon] + model.tendon_num[tendon])
+        kinds = np.array([word("mjtWrap", kind) for kind in model.wrap_type[wraps]])
+        bodies = set(model.site_bodyid[model.wrap_objid[wraps][kinds == "site"]].tolist())
         moved = {int(model.jnt_bodyid[joint]) for joint in self._own} | self._free
         return not bodies.isdisjoint(below(model, moved))
 
