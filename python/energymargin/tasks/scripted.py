@@ -12,32 +12,13 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin._core import (
-    Cancel,
-    Contact,
-    Plan,
-    Problem,
-    Region,
-    Scene,
-    Simulation,
-    World,
-    regions,
-)
+from energymargin import regions
+from energymargin._core import Cancel, Contact, Plan, Problem, Region, Scene, Simulation, World
 from energymargin.base.checks import one_of, seed_number, whole_number
 from energymargin.base.limits import Limit
 from energymargin.base.reprs import Record
-from energymargin.tasks.base import (
-    PLANE,
-    STEP,
-    Params,
-    Regions,
-    Task,
-    Vector,
-    any_inside,
-    constructor_keywords,
-    inside,
-    set_of_object,
-)
+from energymargin.tasks import base
+from energymargin.tasks.base import PLANE, STEP, Params, Regions, Task, Vector
 from energymargin.tasks.trajectories import Trajectory
 
 Following = Literal["script", "hold"]
@@ -101,7 +82,7 @@ class ScriptedTask(Task):
     @property
     def parameters(self) -> dict[str, Any]:
         """The keywords that make this task again."""
-        return constructor_keywords(self)
+        return base.constructor_keywords(self)
 
     @abstractmethod
     def scene(self, params: Params) -> Scene:
@@ -150,7 +131,7 @@ class ScriptedTask(Task):
 
         def throughout(name: str | None) -> Region:
             def contains(states: Vector) -> NDArray[np.bool_]:
-                sets = [set_of_object(self.captured(state, params), name) for state in states]
+                sets = [base.set_of_object(self.captured(state, params), name) for state in states]
                 inside = [one.contains(layout, z) for one, z in zip(sets, states, strict=True)]
                 return np.array(inside, dtype=bool)
 
@@ -324,8 +305,9 @@ class ScriptedTask(Task):
         these params, saves making one.
         """
         layout = self.scene(params) if scene is None else scene
-        captured = [inside(self.captured(state, params), layout, state).all() for state in states]
-        return np.array(captured), np.all(inside(self.succeeded(params), layout, states), axis=0)
+        captured = [base.inside(self.captured(z, params), layout, z).all() for z in states]
+        succeeded = base.inside(self.succeeded(params), layout, states)
+        return np.array(captured), np.all(succeeded, axis=0)
 
     def labels_any(
         self, states: Vector, params: Params, *, scene: Scene | None = None
@@ -335,11 +317,9 @@ class ScriptedTask(Task):
         As `labels`; None where there is one set for all objects.
         """
         layout = self.scene(params) if scene is None else scene
-        captured = [any_inside(self.captured(state, params), layout, state) for state in states]
-        return (
-            None if any(one is None for one in captured) else np.array(captured, dtype=bool),
-            any_inside(self.succeeded(params), layout, states),
-        )
+        some = [base.any_inside(self.captured(z, params), layout, z) for z in states]
+        captured = None if any(one is None for one in some) else np.array(some, dtype=bool)
+        return captured, base.any_inside(self.succeeded(params), layout, states)
 
 
 def _simulate(

@@ -16,22 +16,13 @@ from energymargin.base.bars import Update
 from energymargin.base.errors import needs_extra
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import warn
+from energymargin.model.meshes import solids
 from energymargin.model.meshes.collada_checks import check_collada
 from energymargin.model.meshes.convex import CONVEX, Decomposition, cached, corners, hull_volume
 from energymargin.model.meshes.cuts import parts_within
 from energymargin.model.meshes.deviation import Deviation, deviation, mesh_of, solid_of
 from energymargin.model.meshes.settings import FlatMeshError, PartSettings
-from energymargin.model.meshes.solids import (
-    Faces,
-    Points,
-    Solid,
-    joined,
-    merged,
-    points_within,
-    solids,
-    triangles,
-    winding_numbers,
-)
+from energymargin.model.meshes.solids import Faces, Points, Solid, joined, merged
 from energymargin.model.meshes.surfaces import closed_surfaces
 
 SUFFIXES = (".stl", ".obj", ".dae")
@@ -78,7 +69,7 @@ class MeshShape(Compound):
         if not self._bodies:
             return None
         figures = cached(
-            ["deviation", *triangles(self._bodies), *self._parts],
+            ["deviation", *solids.triangles(self._bodies), *self._parts],
             lambda: [np.array(astuple(deviation(solid_of(self._bodies), self._parts)))],
         )
         return Deviation(*figures[0].tolist())
@@ -121,7 +112,7 @@ def _bodies(pieces: list[Trimesh], path: Path, limit: Limit) -> list[Solid]:
     surfaces = closed_surfaces(pieces)
     if surfaces is None:
         return []
-    bodies = solids(surfaces.shells, path, limit, certain=not surfaces.turned)
+    bodies = solids.solids(surfaces.shells, path, limit, certain=not surfaces.turned)
     if surfaces.turned:
         text = f"{path.name} has faces that are there twice or face both ways: they are turned "
         warn([("turned", text + "alike, and what they enclose is taken as solid.")], str(path))
@@ -212,8 +203,8 @@ def _require_no_cavity(surface: Trimesh, path: Path, limit: Limit) -> None:
         if piece.volume >= -least:
             continue
         limit.require(f"the surfaces of {path} were sorted")
-        points = points_within(piece)
-        around = winding_numbers(points, surface) - winding_numbers(points, piece)
+        points = solids.points_within(piece)
+        around = solids.winding_numbers(points, surface) - solids.winding_numbers(points, piece)
         if (around > 0.5).mean() > 0.5:
             expected = "expected a closed surface; decompose=False takes the convex hull of it all"
             raise ValueError(f"{path} has a cavity and holes, {expected}")

@@ -12,24 +12,14 @@ from energymargin._core import Cancel, Scene
 from energymargin.base.checks import one_of
 from energymargin.base.limits import Limit
 from energymargin.model.pads import Pad, add_pads
-from energymargin.model.scenes import additions
+from energymargin.model.scenes import additions, mjcf_model
 from energymargin.model.scenes.additions import BASES, Control, FileMistakes
 from energymargin.model.scenes.mjcf_bodies import Builder
 from energymargin.model.scenes.mjcf_contacts import Contacts
 from energymargin.model.scenes.mjcf_drives import drives
 from energymargin.model.scenes.mjcf_equalities import couplings, ties
 from energymargin.model.scenes.mjcf_laws import joint_drives, tendon_drives
-from energymargin.model.scenes.mjcf_model import (
-    Features,
-    Selection,
-    below,
-    body_id,
-    compiled,
-    disabled,
-    engine,
-    name_of,
-    start_of,
-)
+from energymargin.model.scenes.mjcf_model import Features, Selection, name_of
 from energymargin.model.scenes.poses import Pose, place, pose
 
 FRICTION_RULE = "max"  # MuJoCo's
@@ -124,9 +114,9 @@ def from_mjcf(
     one_of("mimic_limits", mimic_limits, ("file", "leader"))
     overlapping, pairs = additions.pairs_of(disable_collisions, "bodies")
     features = Features(additions.several("ignore", ignore))
-    made = compiled(model)
+    made = mjcf_model.compiled(model)
     limit.require("the model was compiled")
-    start = start_of(made, data, keyframe)
+    start = mjcf_model.start_of(made, data, keyframe)
     _count_options(made, features)
     effectors = (effector,) if isinstance(effector, str) else tuple(effector)
     selection = Selection(made, subtree, base, start, features, effectors=effectors)
@@ -154,7 +144,7 @@ def from_mjcf(
     held = additions.driven_by(control).union(controlled)
     features.warn(mistakes.source, held, bytes(made.names).decode())
     limit.require("the model was read")
-    own_gravity = np.zeros(3) if disabled(made, "GRAVITY") else made.opt.gravity
+    own_gravity = np.zeros(3) if mjcf_model.disabled(made, "GRAVITY") else made.opt.gravity
     gravity = np.array(own_gravity if scene is None else scene.gravity)
     builder = Builder(selection, contacts, roles, at, gravity, prefix, limit)
     new = builder.additions(jointed, tied, self_collision=self_collision)
@@ -169,7 +159,7 @@ def from_mjcf(
 
 
 def _count_options(model: Any, features: Features) -> None:
-    mujoco, option = engine(), model.opt
+    mujoco, option = mjcf_model.engine(), model.opt
     features.add("option/fluid", bool(option.density or option.viscosity or option.wind.any()))
     override = int(mujoco.mjtEnableBit.mjENBL_OVERRIDE)
     features.add("option/override", bool(option.enableflags & override))
@@ -199,11 +189,11 @@ def _roles(selection: Selection, given: Mapping[str, Names]) -> dict[int, str]:
     for role, names in given.items():
         found[role] = []
         for name in (names,) if isinstance(names, str) else names:
-            body = body_id(selection.model, role, name)
+            body = mjcf_model.body_id(selection.model, role, name)
             if selection.carrier.get(body) != body:
                 raise ValueError(f"{role} is {name!r}, which is no body of the scene")
             if role == "object" and body in selection.static:
                 raise ValueError(f"object is {name!r}, which is fixed, expected one that moves")
             found[role].append(body)
-    roles = dict.fromkeys(below(selection.model, found["effector"]), "effector")
+    roles = dict.fromkeys(mjcf_model.below(selection.model, found["effector"]), "effector")
     return roles | dict.fromkeys(found["object"], "object")

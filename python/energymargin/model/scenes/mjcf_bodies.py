@@ -13,19 +13,11 @@ import numpy as np
 from energymargin._core import Box, Capsule, Compound, ConvexHull, Cylinder, Inertial, Part, Sphere
 from energymargin.base.arrays import Numbers
 from energymargin.base.limits import Limit
-from energymargin.model.scenes import reports
+from energymargin.model.scenes import mjcf_model, reports
 from energymargin.model.scenes.additions import GYRATION, NEGLIGIBLE, Additions
 from energymargin.model.scenes.mjcf_contacts import Contacts, Group
 from energymargin.model.scenes.mjcf_equalities import Tie
-from energymargin.model.scenes.mjcf_model import (
-    MASSLESS,
-    WORLD,
-    Selection,
-    damps,
-    local_pose,
-    name_of,
-    word,
-)
+from energymargin.model.scenes.mjcf_model import MASSLESS, WORLD, Selection, local_pose, name_of
 from energymargin.model.scenes.poses import Pose, place, pose
 from energymargin.model.scenes.reports import ReportRow
 
@@ -170,7 +162,7 @@ class Builder:
     def _damping(self, body: int) -> dict[str, float]:
         """Of a body on a free or a ball joint, as `mjcf_drives` counts what has none here."""
         first, count = self._model.body_dofadr[body], self._model.body_dofnum[body]
-        if not count or body in self.selection.moved or not damps(self._model, body):
+        if not count or body in self.selection.moved or not mjcf_model.damps(self._model, body):
             return {}
         value = float(self._model.dof_damping[first])
         return {"angular_damping": value} | ({"linear_damping": value} if count == 6 else {})
@@ -221,7 +213,7 @@ class Builder:
         axis = np.asarray(model.jnt_axis[joint]) / np.linalg.norm(model.jnt_axis[joint])
         anchor = np.asarray(model.jnt_pos[joint])
         reference = float(model.qpos0[model.jnt_qposadr[joint]])
-        slides = word("mjtJoint", model.jnt_type[joint]) == "slide"
+        slides = mjcf_model.word("mjtJoint", model.jnt_type[joint]) == "slide"
         frame = np.eye(4)
         if slides:
             frame[:3, 3] = anchor - reference * axis
@@ -334,7 +326,8 @@ def plane(model: Any, geom: int, body: Pose) -> dict[str, Any]:
 
 
 def _solid(model: Any, geom: int) -> Solid:
-    kind, size = word("mjtGeom", model.geom_type[geom]), np.asarray(model.geom_size[geom], float)
+    kind = mjcf_model.word("mjtGeom", model.geom_type[geom])
+    size = np.asarray(model.geom_size[geom], float)
     if kind in SOLIDS:
         return SOLIDS[kind](size)
     points = _hull(model, int(model.geom_dataid[geom]))

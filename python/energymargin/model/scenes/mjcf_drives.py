@@ -9,19 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from energymargin.model.scenes import mjcf_model
 from energymargin.model.scenes.mjcf_equalities import Linear, couplings, linear_tendon
 from energymargin.model.scenes.mjcf_laws import JointDrive, TendonDrive
-from energymargin.model.scenes.mjcf_model import (
-    Features,
-    Selection,
-    below,
-    control_address,
-    damps,
-    disabled,
-    name_of,
-    start_of,
-    word,
-)
+from energymargin.model.scenes.mjcf_model import Features, Selection, disabled, name_of, word
 
 FILTERS = ("filter", "filterexact")  # activations that follow the control
 
@@ -78,7 +69,7 @@ class Actuator:
 def actuators(model: Any) -> dict[str, Actuator]:
     """The actuators of a `mujoco.MjModel`, by the joint or tendon that each drives alone."""
     features = Features(())
-    selection = Selection(model, None, "fixed", start_of(model, None, None), features)
+    selection = Selection(model, None, "fixed", mjcf_model.start_of(model, None, None), features)
     of_joints, tendons = drives(selection, couplings(selection, features), (), features)
     driven = {tendon.name: tendon.drive for tendon in tendons}
     driven |= {name_of(model, "joint", number): drive for number, drive in of_joints.items()}
@@ -87,7 +78,7 @@ def actuators(model: Any) -> dict[str, Actuator]:
         if len(drive.controls) != 1:
             continue
         ((number, slope),) = drive.controls.items()
-        address = control_address(model, number)
+        address = mjcf_model.control_address(model, number)
         rest = drive.force - slope * float(selection.start.control[address])
         filtered = word("mjtDyn", model.actuator_dyntype[number]) in FILTERS
         activation = int(model.actuator_actadr[number]) if filtered else -1
@@ -220,7 +211,7 @@ class _Drives:
         kinds = np.array([word("mjtWrap", kind) for kind in model.wrap_type[wraps]])
         bodies = set(model.site_bodyid[model.wrap_objid[wraps][kinds == "site"]].tolist())
         moved = {int(model.jnt_bodyid[joint]) for joint in self._own} | self._free
-        return not bodies.isdisjoint(below(model, moved))
+        return not bodies.isdisjoint(mjcf_model.below(model, moved))
 
     def _within(self, tendon: int, length: Linear) -> bool:
         """Whether the joints' limits keep a tendon within its own."""
@@ -287,7 +278,7 @@ class _Drives:
         gain, bias = np.zeros(3), np.zeros(3)
         gain[:gains] = model.actuator_gainprm[actuator][:gains]
         bias[:biases] = model.actuator_biasprm[actuator][:biases]
-        control = self._start.control[control_address(model, actuator)]
+        control = self._start.control[mjcf_model.control_address(model, actuator)]
         force, length, velocity = gain * control + bias
         return float(force), float(-length), float(-velocity)
 
@@ -322,7 +313,7 @@ class _Drives:
                 acting = {"armature": True, "frictionloss": self._dry, "damping": self._damps}
                 for what, acts in acting.items():
                     values = getattr(model, f"dof_{what}")[dof : dof + model.body_dofnum[body]]
-                    own = what == "damping" and damps(model, body)
+                    own = what == "damping" and mjcf_model.damps(model, body)
                     add(f"joint.{what}", acts and bool(np.any(values > 0)) and not own)
                 add("joint.stiffness", self._springs and bool(model.jnt_stiffness[joint] > 0))
         driven = [([joint], drive) for joint, drive in self.drives.items()]

@@ -12,15 +12,8 @@ from typing import Any
 import numpy as np
 
 from energymargin.base.arrays import Numbers
-from energymargin.model.scenes.mjcf_model import (
-    Features,
-    Selection,
-    disabled,
-    local_pose,
-    name_of,
-    tie_ends,
-    word,
-)
+from energymargin.model.scenes import mjcf_model
+from energymargin.model.scenes.mjcf_model import Features, Selection, disabled, name_of, word
 from energymargin.model.scenes.poses import Pose
 
 TOLERANCE = 1e-9  # of equations that say the same
@@ -199,7 +192,7 @@ def ties(selection: Selection, features: Features) -> list[Tie]:
     for i, kind in _active(model):
         if kind not in ("connect", "weld"):
             continue
-        bodies = tie_ends(model, i)
+        bodies = mjcf_model.tie_ends(model, i)
         outside = [body for body in bodies if body not in selection.lump]
         if (outside and selection.root in bodies) or (not outside and selection.rigid(*bodies)):
             continue  # where the base is, and how it moves, the caller says
@@ -214,17 +207,16 @@ def ties(selection: Selection, features: Features) -> list[Tie]:
     return found
 
 
-def _frames(model: Any, equality: int, kind: str) -> tuple[Pose, Pose]:
+def _frames(model: Any, equality: int, kind: str) -> list[Pose]:
     """In the frames of its two bodies."""
     if word("mjtObj", model.eq_objtype[equality]) == "site":
-        sites = (model.eq_obj1id[equality], model.eq_obj2id[equality])
-        a, b = (local_pose(model.site_pos[site], model.site_quat[site]) for site in sites)
-        return a, b
+        sites = model.eq_obj1id[equality], model.eq_obj2id[equality]
+        return [mjcf_model.local_pose(model.site_pos[k], model.site_quat[k]) for k in sites]
     data = np.asarray(model.eq_data[equality])
     if kind == "connect":
-        return _at(data[:3]), _at(data[3:6])
-    return local_pose(data[3:6], data[6:10]), _at(data[:3])
+        return [_at(data[:3]), _at(data[3:6])]
+    return [mjcf_model.local_pose(data[3:6], data[6:10]), _at(data[:3])]
 
 
 def _at(point: Numbers) -> Pose:
-    return local_pose(point, (1.0, 0.0, 0.0, 0.0))
+    return mjcf_model.local_pose(point, (1.0, 0.0, 0.0, 0.0))
