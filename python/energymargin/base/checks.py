@@ -186,9 +186,8 @@ def check_shape(
     right = np.shape(array) == shape and (kind is None or np.asarray(array).dtype == kind)
     if not right:
         found = f"shape {np.shape(array)} of {np.asarray(array).dtype}"
-        raise ValueError(
-            f"{name} has {found}, expected {shape}{f' of {kind.__name__}' if kind else ''}"
-        )
+        expected = f"expected {shape}{f' of {kind.__name__}' if kind else ''}"
+        raise ValueError(f"{name} has {found}, {expected}")
 
 
 def _number(name: str, value: object, right: Callable[[float], bool], expected: str) -> float:

@@ -135,9 +135,8 @@ def kinds_of(function: Any) -> tuple[tuple[str, ...], dict[str, ArgumentKind]]:
     """The arguments of a function by position, and by name what each has to be, if that is said."""
     every = inspect.signature(function).parameters.values()
     listed = [one for one in every if one.kind not in (one.VAR_POSITIONAL, one.VAR_KEYWORD)]
-    kinds = {
-        one.name: _kind(_hint(function, one.annotation), str(one.annotation)) for one in listed
-    }
+    hints = [_hint(function, one.annotation) for one in listed]
+    kinds = {p.name: _kind(hint, str(p.annotation)) for p, hint in zip(listed, hints, strict=True)}
     names = tuple(one.name for one in listed if one.kind != one.KEYWORD_ONLY)
     return names, {name: kind for name, kind in kinds.items() if kind is not None}
 

@@ -76,9 +76,8 @@ class Engine(ABC):
     def start(self, states: Numbers) -> Numbers:
         """The memory, shape (n, h), with which rollouts begin at states (n, d)."""
         if self.memory:
-            raise TypeError(
-                f"the engine {self.name!r} has a memory, expected a start(states) of its own"
-            )
+            expected = "expected a start(states) of its own"
+            raise TypeError(f"the engine {self.name!r} has a memory, {expected}")
         return np.zeros((len(states), 0))
 
     @abstractmethod

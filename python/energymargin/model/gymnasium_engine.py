@@ -147,9 +147,8 @@ class Gymnasium(Serial):
         if self._own is None:
             return inside, own
         if np.size(own) != self._own:
-            raise ValueError(
-                f"save returned {np.size(own)} numbers, expected {self._own}, as before"
-            )
+            expected = f"expected {self._own}, as before"
+            raise ValueError(f"save returned {np.size(own)} numbers, {expected}")
         return np.concatenate([inside, np.ravel(own)])
 
     def restore(self, saved: Any) -> None:

@@ -68,9 +68,8 @@ def shake(
     """
     positive_number("frequency", frequency)
     if duration * frequency < 2:
-        raise ValueError(
-            f"duration is {duration:g} s, expected at least two periods, {2 / frequency:g} s"
-        )
+        expected = f"expected at least two periods, {2 / frequency:g} s"
+        raise ValueError(f"duration is {duration:g} s, {expected}")
     times = _times(duration, step)
     swell = np.clip(np.minimum(times, duration - times) * frequency, 0, 1)
     way = float(amplitude) * _least_jerk(swell) * np.sin(2 * np.pi * frequency * times)

@@ -80,9 +80,8 @@ class Policy(PolicyPlan):
         self._memory = 0 if memory is None else whole_number("memory", memory, 1)
         self._noise = np.atleast_1d(numbers_of("noise", [] if noise is None else noise))
         if self._noise.ndim > 1 or not (np.isfinite(self._noise) & (self._noise >= 0)).all():
-            raise ValueError(
-                f"noise is {shown(noise)}, expected numbers of at least 0, (d,) or one"
-            )
+            expected = "expected numbers of at least 0, (d,) or one"
+            raise ValueError(f"noise is {shown(noise)}, {expected}")
         super().__init__(
             self._answer,
             observed=[] if observe is None or callable(observe) else list(observe),

@@ -88,9 +88,8 @@ class Engine(em.engines.Engine):
         """Where what is in its memory."""
         self.memory = self.columns.size
         addresses = getattr(model, "actuator_ctrladr", range(model.nu))  # as of MuJoCo 4
-        self._actuators = {
-            model.actuator(i).name or f"actuator{i}": int(addresses[i]) for i in range(model.nu)
-        }
+        actuators = [model.actuator(i).name or f"actuator{i}" for i in range(model.nu)]
+        self._actuators = dict(zip(actuators, map(int, addresses), strict=True))
         self.commands = {name: float(self.data.ctrl[at]) for name, at in self._actuators.items()}
         self.varies = values_of(self.model)
         self._states = States(self.scene, self.model, others=self.scene.pack())

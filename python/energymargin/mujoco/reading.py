@@ -37,13 +37,11 @@ class Columns:
         self.warmstart, self.user = of("WARMSTART"), of("USER")
         self.controls, self.applied = of("CTRL"), of("XFRC_APPLIED").reshape(-1, 6)
         """Of each control, and of the wrench on each body, shape (b, 6)."""
-        self.controls_of_user, self.applied_of_user = (
-            np.searchsorted(self.user, columns) for columns in (self.controls, self.applied)
-        )
+        self.controls_of_user = np.searchsorted(self.user, self.controls)
+        self.applied_of_user = np.searchsorted(self.user, self.applied)
         self.qpos, self.qvel = of("QPOS"), of("QVEL")
-        self.qpos_of_physics, self.qvel_of_physics = (
-            np.searchsorted(self.physics, columns) for columns in (self.qpos, self.qvel)
-        )
+        self.qpos_of_physics = np.searchsorted(self.physics, self.qpos)
+        self.qvel_of_physics = np.searchsorted(self.physics, self.qvel)
 
 
 class Reader:
@@ -59,9 +57,9 @@ class Reader:
         self._free = dict(zip(model.jnt_bodyid[free].tolist(), addresses, strict=True))
         self._slides = _slides(model)
         names = states.names
-        self._by_joints = all(number in self._free for _, number in names.free) and not (
-            names.missing or any(joint.held for joint, _ in names.moving)
-        )
+        held = any(joint.held for joint, _ in names.moving)
+        free = all(number in self._free for _, number in names.free)
+        self._by_joints = free and not (names.missing or held)
 
     def states(self, memory: Numbers) -> Numbers:
         """States of the scene, shape (m, n), of MuJoCo's whole states (m, h)."""

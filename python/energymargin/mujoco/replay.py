@@ -260,10 +260,8 @@ class EscapePlayer:
         horizon, between = self._problem.horizon, self._between_looks
         if horizon is None:
             return True
-        looks = self._looks.last(simulation.steps) + math.ceil(
-            self._problem.dwell / between - ALMOST
-        )
-        until = min(looks * between, horizon)
+        dwell = math.ceil(self._problem.dwell / between - ALMOST)  # looks
+        until = min((self._looks.last(simulation.steps) + dwell) * between, horizon)
         self._begin_edge(simulation, self._none)
         while self._go_to_look(simulation, until):
             if self._is_look(simulation) and not self._outside(simulation):

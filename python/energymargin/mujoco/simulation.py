@@ -132,9 +132,8 @@ class ModelRobot:
             )
         self._targets = [(found[joint], rows) for joint, rows in plan.targets.items()]
         self._rows = Ticks(plan.step, float(model.opt.timestep))
-        self._motors = [
-            (states.body_id(b), rows, self._limits(b)) for b, rows in plan.velocities.items()
-        ]
+        moved = plan.velocities.items()
+        self._motors = [(states.body_id(b), rows, self._limits(b)) for b, rows in moved]
 
     def held(self, step: int) -> int:
         """Steps from a step on for which all that `act` sets stays the same."""

@@ -354,9 +354,8 @@ class Servo:
 
 def servos(names: Names, model: Any) -> dict[str, Servo]:
     """By joint or tendon that is driven in the scene as in the model, by one actuator there."""
-    driven = {
-        names.prefix + name: actuator for name, actuator in em.scenes.actuators(model).items()
-    }
+    alone = em.scenes.actuators(model).items()
+    driven = {names.prefix + name: actuator for name, actuator in alone}
     moving: list[em.Joint | em.Tendon] = [joint for joint, _ in names.moving if not joint.held]
     return {
         of.name: Servo(of, driven[of.name])

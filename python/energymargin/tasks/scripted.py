@@ -177,9 +177,8 @@ class ScriptedTask(Task):
         try:
             return self.script(params)
         except KeyError as error:
-            raise ValueError(
-                f"params has no {error}, expected those of a trajectory: trajectory.params"
-            ) from error
+            expected = "expected those of a trajectory: trajectory.params"
+            raise ValueError(f"params has no {error}, {expected}") from error
 
     def future(
         self,

@@ -251,9 +251,8 @@ class _Place:
         if not self._bodies or self._overlap(state) <= self._most:
             return state, False
         try:
-            moved = moved_apart(
-                self._world, state, self._bodies, directions=self._directions.tolist()
-            )
+            axes = self._directions.tolist()
+            moved = moved_apart(self._world, state, self._bodies, directions=axes)
         except ValueError:  # no place, as between two others
             return None
         return (moved, True) if self._overlap(moved) <= self._most else None

@@ -91,14 +91,12 @@ class Uncertainty:
         """Checks all of it."""
         given = self.given
         if not given:
-            raise ValueError(
-                f"nothing is uncertain, expected one at least of {', '.join(QUANTITIES)}"
-            )
+            expected = f"expected one at least of {', '.join(QUANTITIES)}"
+            raise ValueError(f"nothing is uncertain, {expected}")
         for quantity, value in given.items():
             if quantity == "engine" and not isinstance(value, Mapping):
-                raise ValueError(
-                    f"engine is {shown(value)}, expected a dict by names that it varies"
-                )
+                expected = "expected a dict by names that it varies"
+                raise ValueError(f"engine is {shown(value)}, {expected}")
             for name, one in _by_body(quantity, value):
                 _check(f"{quantity}[{name!r}]" if name else quantity, quantity, one)
 
@@ -166,9 +164,8 @@ class Uncertainty:
             raise ValueError(f"uncertainty is {shown(text)}, expected JSON: {error}") from error
         unknown = set(plain) - set(QUANTITIES) if isinstance(plain, dict) else {shown(plain)}
         if unknown:
-            raise ValueError(
-                f"uncertainty has {sorted(unknown)[0]!r}, expected some of {', '.join(QUANTITIES)}"
-            )
+            expected = f"expected some of {', '.join(QUANTITIES)}"
+            raise ValueError(f"uncertainty has {sorted(unknown)[0]!r}, {expected}")
         return Uncertainty(**{quantity: _from_plain(value) for quantity, value in plain.items()})
 
 
@@ -223,9 +220,8 @@ def covariance_root(place: str, value: ArrayLike) -> Numbers:
     most = SYMMETRIC * np.abs(matrix).max()
     variances, axes = np.linalg.eigh((matrix + matrix.T) / 2)
     if np.abs(matrix - matrix.T).max() > most or variances.min() < -most:
-        raise ValueError(
-            f"{place} is no covariance, expected a symmetric matrix without negative axes"
-        )
+        expected = "expected a symmetric matrix without negative axes"
+        raise ValueError(f"{place} is no covariance, {expected}")
     there = variances > most
     return np.asarray(axes[:, there] * np.sqrt(variances[there]))[:, ::-1]
 
@@ -235,9 +231,8 @@ def _check_body(scene: Scene, bodies: Mapping[str, Body], quantity: str, name: s
     if body is None:
         raise ValueError(f"{quantity} names the body {name!r}, expected one of {', '.join(bodies)}")
     if not quantity.endswith("friction") and body.fixed:
-        raise ValueError(
-            f"{quantity} names the body {name!r}, which is fixed, expected one that moves"
-        )
+        expected = "expected one that moves"
+        raise ValueError(f"{quantity} names the body {name!r}, which is fixed, {expected}")
     if quantity in ERRORS:
         scene.slice(name)  # which a link does not have, and says so
         require_untied(scene, quantity, name)
@@ -380,9 +375,8 @@ def _from_plain(plain: Any) -> Any:
         return {name: _from_plain(one) for name, one in plain.items()}
     distribution = _of_scipy(plain["distribution"])
     if distribution is None:
-        raise ValueError(
-            f"distribution is {plain['distribution']!r}, expected the name of one of scipy.stats"
-        )
+        expected = "expected the name of one of scipy.stats"
+        raise ValueError(f"distribution is {plain['distribution']!r}, {expected}")
     return distribution(*plain.get("args", ()), **plain.get("kwds", {}))
 
 

@@ -90,9 +90,8 @@ def _cut(
 
     def measured(solids: Sequence[Manifold]) -> list[CutPiece]:
         how.limit.require(f"{how.path} was decomposed")
-        return [
-            _piece(one, mesh, surface, accuracy) for one in solids if one.hull().volume() > least
-        ]
+        large = [solid for solid in solids if solid.hull().volume() > least]
+        return [_piece(solid, mesh, surface, accuracy) for solid in large]
 
     pieces = measured([*solids, *left])
     while (worst := max(pieces, key=lambda piece: piece.distance)).distance > accuracy:

@@ -143,9 +143,8 @@ def pairs_of(disabled: str | Iterable[Sequence[str]], what: str) -> tuple[bool, 
     """
     if isinstance(disabled, str):
         if disabled != OVERLAPPING:
-            raise ValueError(
-                f"disable_collisions is {disabled!r}, expected {OVERLAPPING!r} or pairs"
-            )
+            expected = f"expected {OVERLAPPING!r} or pairs"
+            raise ValueError(f"disable_collisions is {disabled!r}, {expected}")
         return True, []
     pairs = [tuple(pair) for pair in disabled]
     for pair in pairs:
@@ -301,9 +300,8 @@ def _warn_of_hulls(world: World, hulls: Collection[str], prefix: str, limit: Lim
     for state in _poses(world.scene, limit):
         counts.update(list(_overlaps(world, state)))
     for pair in [pair for pair, n in counts.items() if n > BLOCKED * POSES and {*pair} & {*hulls}]:
-        hull, other = (
-            name.removeprefix(prefix) for name in sorted(pair, key=lambda n: n not in hulls)
-        )
+        first, second = sorted(pair, key=lambda name: name not in hulls)
+        hull, other = first.removeprefix(prefix), second.removeprefix(prefix)
         text = f"{hull!r} collides as the convex hull of its mesh, which fills its hollows, and "
         text += f"overlaps {other!r} in {counts[pair] / POSES:.0%} of the poses of the joints: "
         way = "decompose=True makes convex parts of it, "
@@ -325,9 +323,8 @@ def _warn_of_no_shape(bodies: Sequence[Mapping[str, Any]]) -> None:
     shapes = [body["shape"] for body in bodies]
     if shapes and all(isinstance(shape, Compound) and not shape.parts for shape in shapes):
         names = ", ".join(repr(body["name"]) for body in bodies[:NAMED])
-        text = f"none of the file's {len(bodies)} bodies collides with anything: {names}" + (
-            ", ..." if len(bodies) > NAMED else ""
-        )
+        more = ", ..." if len(bodies) > NAMED else ""
+        text = f"none of the file's {len(bodies)} bodies collides with anything: {names}{more}"
         why = "has it visuals alone, or geoms with contype and conaffinity of 0?"
         warn([(text, f"{text}; {why}")], text)
 

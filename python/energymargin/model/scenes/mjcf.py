@@ -138,9 +138,7 @@ def from_mjcf(
     mistakes.features = features.found
     jointed = joint_drives(selection, coupled, driven, control, prefix=prefix, mistakes=mistakes)
     mistakes.check()
-    controlled = [
-        name_of(made, "joint", joint) for joint, drive in driven.items() if drive.controls
-    ]
+    controlled = [name_of(made, "joint", j) for j, drive in driven.items() if drive.controls]
     held = additions.driven_by(control).union(controlled)
     features.warn(mistakes.source, held, bytes(made.names).decode())
     limit.require("the model was read")

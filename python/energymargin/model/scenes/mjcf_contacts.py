@@ -84,9 +84,8 @@ class Contacts:
         if getattr(model, "flg_adhesion", False) or getattr(model, "flg_surfacevel", False):
             features.add("geom.adhesion")
         for pair in self._pairs():
-            one, other = _rough(
-                model.pair_friction[pair][[[0, 2, 3], [1, 2, 4]]], self._pair_dimensions[pair]
-            )
+            both_ways = model.pair_friction[pair][[[0, 2, 3], [1, 2, 4]]]
+            one, other = _rough(both_ways, self._pair_dimensions[pair])
             features.add("pair.friction", bool(np.any(one != other)))
             features.add("geom.margin", int(model.pair_margin[pair] > SMALL))
             features.leave("geom.margin", int(0 < model.pair_margin[pair] <= SMALL))

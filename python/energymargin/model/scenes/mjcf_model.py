@@ -202,10 +202,10 @@ class Features:
     def rows(self, prefix: str) -> list[ReportRow]:
         """Of the report: what is ignored, and the bodies that this leaves loose."""
         left_out = [ReportRow(reports.LEFT_OUT, name, str(n)) for name, n in self._left_out.items()]
-        loose = [
-            ReportRow(reports.LOOSE, prefix + b, f"without {of}") for b, of in self._bodies.items()
+        bodies = self._bodies.items()
+        return left_out + [
+            ReportRow(reports.LOOSE, prefix + b, f"without {of}") for b, of in bodies
         ]
-        return left_out + loose
 
     def warn(self, source: str, held: Collection[str], fingerprint: str) -> None:
         """Warns, once for a fingerprint, of what is left out, and of what nothing drives or holds

@@ -54,9 +54,8 @@ def moved(compound: Compound, matrix: Pose) -> Compound:
     solid = compound.solid
     turned = Rotation.from_matrix(matrix[:3, :3]) * Rotation.from_quat(solid.axes)
     center = matrix[:3, :3] @ solid.center + matrix[:3, 3]
-    return Compound(
-        parts, solid=MassProperties(solid.volume, center, solid.moments, turned.as_quat())
-    )
+    own = MassProperties(solid.volume, center, solid.moments, turned.as_quat())
+    return Compound(parts, solid=own)
 
 
 def together(compounds: Sequence[Compound]) -> Compound:

@@ -183,9 +183,8 @@ def from_urdf(
         pairs += [p for p in combinations(robot.links, 2) if frozenset(p) not in together]
     disabled = [(prefix + a, prefix + b) for a, b in pairs]
     hulls = [prefix + name for name in robot.hulls]
-    new = Additions(
-        list(bodies.values()), jointed, disabled, rows=_rows(robot, prefix), hulls=hulls
-    )
+    made_of, rows = list(bodies.values()), _rows(robot, prefix)
+    new = Additions(made_of, jointed, disabled, rows=rows, hulls=hulls)
     made = additions.added(
         scene, new, prefix, limit, self_collision=self_collision, overlapping=overlapping
     )
@@ -206,9 +205,8 @@ def _rows(robot: Robot, prefix: str) -> list[ReportRow]:
     rows = [ReportRow(reports.LEFT_OUT, name, str(count)) for name, count in robot.left_out.items()]
     for name, (of, at) in robot.merged.items():
         rows.append(ReportRow(reports.FRAME, prefix + name, f"{prefix}{of} at {_rounded(at)} m"))
-    rows += [
-        ReportRow(reports.STATED, prefix + name, value) for name, value in robot.stated.items()
-    ]
+    for name, value in robot.stated.items():
+        rows.append(ReportRow(reports.STATED, prefix + name, value))
     for joint in robot.joints.values():
         if joint.mimic and 0.0 < joint.effort < math.inf:
             value = f"{joint.effort:g}: that of {prefix + joint.mimic.joint} counts"

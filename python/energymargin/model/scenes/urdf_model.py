@@ -82,9 +82,8 @@ class Robot:
                     continue
                 self.joints[joint.name] = replace(joint, parent=carrier, origin=origin)
                 places[joint.child] = (joint.child, np.eye(4))
-        frames = [
-            name for name in (*carriers, *(j.child for j in joints)) if places[name][0] != name
-        ]
+        every = (*carriers, *(joint.child for joint in joints))
+        frames = [name for name in every if places[name][0] != name]
         self.merged = {name: places[name] for name in frames}
         self._carry(mistakes)
         moved = {joint.child for joint in self.joints.values()} | ({self.root} if free else set())
