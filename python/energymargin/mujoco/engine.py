@@ -269,11 +269,9 @@ def _pool(threads: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(threads, "mujoco")
 
 
-def _together(
-    pool: ThreadPoolExecutor, work: Callable[[], None], threads: int, over: Event
-) -> None:
+def _together(pool: ThreadPoolExecutor, work: Callable[[], None], count: int, over: Event) -> None:
     """Lets threads work. An interrupt comes through between two looks, and ends them soon."""
-    pending = [pool.submit(work) for _ in range(threads)]
+    pending = [pool.submit(work) for _ in range(count)]
     try:
         while wait(pending, LOOK).not_done:
             pass

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import ArrayLike
 
 from energymargin._core import Contact, Problem, Scene
@@ -105,7 +106,7 @@ class FrictionTask(QuestionTask):
         """Which numbers of a state are whose: the same with every friction."""
         return self.scene({"friction": self.friction_range[0]})
 
-    def draw(self, random: np.random.Generator) -> dict[str, float]:
+    def draw(self, random: Generator) -> dict[str, float]:
         """The friction, if the task leaves it open; it takes one draw either way."""
         friction = random.uniform(*self.friction_range)
         return {"friction": friction if self.friction is None else self.friction}
@@ -126,9 +127,7 @@ def drawn(name: str, params: Params | None, own: float | None) -> float:
     return value
 
 
-def places_apart(
-    random: np.random.Generator, area: ArrayLike, count: int, gap: float
-) -> list[Vector]:
+def places_apart(random: Generator, area: ArrayLike, count: int, gap: float) -> list[Vector]:
     """Random places (2,) more than `gap` [m] apart; `area`: (low, high) of x and of y [m]."""
     places: list[Vector] = []
     while len(places) < count:

@@ -235,7 +235,7 @@ class ScriptedTask(Task):
         start = self.start(world, params, random)
         drive = self.drive(params, random)
 
-        recorded = np.round(np.linspace(0, self.steps, frames)).astype(int)
+        recorded = np.round(np.linspace(0, self.steps, frames)).astype(int).tolist()
         simulation = _simulate(world, start, drive, recorded, limit)
         captured, succeeded = self.labels(simulation.states, params)
         captured_any, succeeded_any = self.labels_any(simulation.states, params)
@@ -279,21 +279,17 @@ class ScriptedTask(Task):
         Returns the states at `times`, shape (K, n). Raises ValueError on other times.
         """
         limit = Limit(timeout, cancel)
-        first, *recorded = np.round(np.array([time, *np.ravel(times)]) / self.step).astype(int)
-        rising = np.diff([first, *recorded]) > 0
+        steps = np.round(np.array([time, *np.ravel(times)]) / self.step).astype(int)
+        (first, *recorded), rising = steps.tolist(), np.diff(steps) > 0
         if not (recorded and rising.all() and first >= 0 and recorded[-1] <= self.steps):
             raise ValueError(
                 f"times is {np.asarray(times).tolist()}, expected to rise from after {time:g} s "
                 f"to at most {self.length:g} s, the task's length"
             )
         drive = self.drive(params, np.random.default_rng(seed_number(seed)))
-        return _simulate(
-            World(self.scene(params)) if world is None else world,
-            state,
-            drive.between(first, recorded[-1]),
-            np.array(recorded) - first,
-            limit,
-        ).states
+        world = World(self.scene(params)) if world is None else world
+        drive = drive.between(first, recorded[-1])
+        return _simulate(world, state, drive, [step - first for step in recorded], limit).states
 
     def labels(
         self, states: Vector, params: Params, *, scene: Scene | None = None
@@ -322,11 +318,11 @@ class ScriptedTask(Task):
 
 
 def _simulate(
-    world: World, state: Vector, drive: Drive, record: NDArray[np.int64], limit: Limit
+    world: World, state: Vector, drive: Drive, record: list[int], limit: Limit
 ) -> Simulation:
     """One simulation to the last of the steps that are recorded, from 0, the state itself."""
     simulate = partial(world.simulate, drives=drive.wrenches, targets=drive.targets)
-    return simulate(state, int(record[-1]), record=record.tolist(), **limit.rest())
+    return simulate(state, record[-1], record=record, **limit.rest())
 
 
 class _InEngine(ScriptedTask):

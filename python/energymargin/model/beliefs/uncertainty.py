@@ -254,9 +254,7 @@ def source_of(
     return _of_columns(quantity, body, value, columns)
 
 
-def _engine_sources(
-    engine: Engine, given: Mapping[str, Any], objects: Sequence[str]
-) -> list[Source]:
+def _engine_sources(engine: Engine, given: Mapping[str, Any], objects: list[str]) -> list[Source]:
     """Sources of what an engine varies. Raises ValueError on what it does not."""
     sources = []
     for quantity, value in given.items():

@@ -243,13 +243,11 @@ def cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "energymargin"
 
 
-def cached(
-    contents: Sequence[str | NDArray[Any]], make: Callable[[], list[Points]]
-) -> list[Points]:
-    """Arrays that follow from the contents alone, from the cache if they are there."""
+def cached(content: Sequence[str | NDArray[Any]], make: Callable[[], list[Points]]) -> list[Points]:
+    """Arrays that follow from the content alone, from the cache if they are there."""
     digest = hashlib.sha256()
-    for content in contents:
-        data = content.encode() if isinstance(content, str) else content.tobytes()
+    for part in content:
+        data = part.encode() if isinstance(part, str) else part.tobytes()
         digest.update(len(data).to_bytes(8, "little"))
         digest.update(data)
     file = cache_folder() / "convex" / f"{digest.hexdigest()}.npz"

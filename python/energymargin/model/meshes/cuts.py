@@ -39,7 +39,7 @@ class CutPiece(NamedTuple):
 
 
 def parts_within(
-    accuracy: float, parts: Sequence[Points], bodies: Sequence[Solid], how: Decomposition
+    accuracy: float, parts: list[Points], bodies: Sequence[Solid], how: Decomposition
 ) -> list[Points]:
     """Convex parts, each (k, 3), no farther than `accuracy` [m] from bodies, cut from given ones.
 
@@ -65,9 +65,7 @@ def parts_within(
     return cached(["cut", f"{accuracy!r} {how.max_points}", *contents], thinned)
 
 
-def _cut(
-    accuracy: float, parts: Sequence[Points], mesh: Manifold, how: Decomposition
-) -> list[Points]:
+def _cut(accuracy: float, parts: list[Points], mesh: Manifold, how: Decomposition) -> list[Points]:
     """Parts, each (k, 3), of which none sticks out of the mesh by more than `accuracy` [m].
 
     The piece of the mesh in each given part, and what is in none, is cut in two where its hull is

@@ -300,9 +300,7 @@ def _shape(link: Link, mesh_of: MeshOf, robot: Robot) -> Any:
     return placed[0] if len(placed) == 1 else together(placed)
 
 
-def _warn_of_open(
-    path: str, bodies: Mapping[str, Mapping[str, Any]], opened: Collection[str]
-) -> None:
+def _warn_of_open(path: str, bodies: Mapping[str, Mapping[str, Any]], opened: set[str]) -> None:
     """Warns of links whose mass properties are those of meshes, some of them `opened`."""
     bare = (name for name, body in bodies.items() if body["mass"] and "inertial" not in body)
     if names := [repr(name) for name in bare if name in opened]:
