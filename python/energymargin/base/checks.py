@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.base.arrays import Numbers
+Numbers = NDArray[np.float64]
 
 LONGEST = 60  # characters of a value in an error
 MOST_COUNT, MOST_SEED = 2**31 - 1, 2**64 - 1  # of the core

@@ -145,17 +145,14 @@ def _hint(function: Any, annotation: Any) -> Any:
     """An annotation as an object; Any if it has names that are there for type checkers alone."""
     if not isinstance(annotation, str):
         return Any if annotation is inspect.Parameter.empty else annotation
-    spaces: list[dict[str, Any]] = [{}, _ForTypes()]
-    for names in spaces:
-        try:
-            return eval(annotation, function.__globals__, names)
-        except (NameError, TypeError, AttributeError):
-            continue
-    return Any
+    try:
+        return eval(annotation, {}, _ForTypes(function.__globals__))
+    except (NameError, TypeError, AttributeError):
+        return Any
 
 
 class _ForTypes(dict[str, Any]):
-    """The package's classes, for annotations of modules that import them for types alone."""
+    """Names of a module, and the package's classes, which some import for types alone."""
 
     def __missing__(self, name: str) -> Any:
         package = sys.modules["energymargin"]

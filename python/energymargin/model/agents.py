@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin.base.arrays import Numbers
-from energymargin.base.checks import shown
+from energymargin.base.checks import Numbers, shown
 
 
 @dataclass(frozen=True)

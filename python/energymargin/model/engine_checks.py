@@ -11,8 +11,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from energymargin._core import Body, Problem
-from energymargin.base.arrays import Numbers
-from energymargin.base.checks import shown
+from energymargin.base.checks import Numbers, shown
 from energymargin.model.engines import Batch, Engine
 from energymargin.model.serial_engines import ways
 

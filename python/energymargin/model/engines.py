@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from energymargin._core import Problem, Scene, regions
-from energymargin.base.arrays import Numbers
-from energymargin.base.checks import shown
+from energymargin.base.checks import Numbers, shown
 from energymargin.base.plausibility import kept_warnings
 
 FAR = 1e6  # m; nothing is there

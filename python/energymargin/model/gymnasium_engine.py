@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from energymargin._core import Box, Scene
-from energymargin.base.arrays import Numbers
-from energymargin.base.checks import positive_number, shown
+from energymargin.base.checks import Numbers, positive_number, shown
 from energymargin.model.engines import Engine
 from energymargin.model.policies import Policy
 from energymargin.model.serial_engines import MOST, Serial

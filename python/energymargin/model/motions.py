@@ -9,8 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from energymargin.base.arrays import Numbers
-from energymargin.base.checks import numbers_of, positive_number
+from energymargin.base.checks import Numbers, numbers_of, positive_number
 from energymargin.base.doors import check_doors
 
 __all__ = ["STEP", "hold", "lift", "shake", "turn"]

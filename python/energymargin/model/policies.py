@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import PolicyPlan
-from energymargin.base.arrays import Numbers
-from energymargin.base.checks import numbers_of, shown, whole_number
+from energymargin.base.checks import Numbers, numbers_of, shown, whole_number
 from energymargin.model.agents import arguments_of
 
 Observe = Sequence[str] | Callable[[Numbers], ArrayLike]

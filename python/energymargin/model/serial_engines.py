@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from energymargin.base.arrays import Numbers
+from energymargin.base.checks import Numbers
 from energymargin.model.engines import Batch, Engine
 
 MOST = 1000

@@ -13,8 +13,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.base.arrays import Numbers
-from energymargin.base.checks import check_type, positive_number
+from energymargin.base.checks import Numbers, check_type, positive_number
 from energymargin.base.reprs import Record
 from energymargin.mujoco.states import require_data
 from energymargin.summary import Summarized

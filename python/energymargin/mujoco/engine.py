@@ -14,8 +14,7 @@ import numpy as np
 from mujoco import rollout as mujoco_rollout
 
 import energymargin as em
-from energymargin.base.arrays import Numbers
-from energymargin.base.checks import check_type, core_count
+from energymargin.base.checks import Numbers, check_type, core_count
 from energymargin.mujoco.models import scene_of, values_of, varied_model
 from energymargin.mujoco.reading import INTEGRATION, Columns, Reader
 from energymargin.mujoco.states import States, require_data

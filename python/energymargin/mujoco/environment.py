@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 import energymargin as em
-from energymargin.base.arrays import Numbers
+from energymargin.base.checks import Numbers
 from energymargin.mujoco.models import scene_of
 from energymargin.mujoco.reading import INTEGRATION, Columns, Reader
 from energymargin.mujoco.states import States

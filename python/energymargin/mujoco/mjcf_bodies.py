@@ -14,7 +14,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import energymargin as em
-from energymargin.base.arrays import Numbers
+from energymargin.base.checks import Numbers
 
 HINGES = {"revolute": "hinge", "prismatic": "slide"}
 THINNER = 1e-4  # share of a box's edge, of each body in a plane more than of that before

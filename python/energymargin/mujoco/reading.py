@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import energymargin as em
-from energymargin.base.arrays import Numbers
+from energymargin.base.checks import Numbers
 from energymargin.mujoco.states import States
 
 INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION.value

@@ -11,8 +11,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import energymargin as em
-from energymargin.base.arrays import Numbers
-from energymargin.base.checks import one_of, positive_number
+from energymargin.base.checks import Numbers, one_of, positive_number
 from energymargin.base.reprs import Record
 from energymargin.mujoco.simulation import Instant, Simulation, Ticks
 from energymargin.mujoco.states import Names, servos

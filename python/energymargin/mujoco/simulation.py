@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 import energymargin as em
-from energymargin.base.arrays import Numbers
+from energymargin.base.checks import Numbers
 from energymargin.mujoco.engine import Engine
 from energymargin.mujoco.models import geoms_of
 from energymargin.mujoco.reading import INTEGRATION

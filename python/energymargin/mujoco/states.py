@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 import energymargin as em
-from energymargin.base.arrays import Numbers
-from energymargin.base.checks import check_shape, check_type
+from energymargin.base.checks import Numbers, check_shape, check_type
 from energymargin.base.plausibility import warn
 from energymargin.mujoco.mjcf_bodies import inertia_of
 

@@ -16,8 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from energymargin._core import Problem, World
-from energymargin.base.arrays import Numbers
-from energymargin.base.checks import check_type, seed_number, whole_number
+from energymargin.base.checks import Numbers, check_type, seed_number, whole_number
 from energymargin.base.plausibility import kept_warnings
 from energymargin.base.reprs import Record
 from energymargin.model.beliefs.uncertainty import ERRORS, VALUES, Source, Uncertainty

@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from energymargin._core import Body, Scene
-from energymargin.base.arrays import Numbers
-from energymargin.base.checks import not_negative_number, numbers_of, shown
+from energymargin.base.checks import Numbers, not_negative_number, numbers_of, shown
 from energymargin.model.engines import Engine
 from energymargin.model.scenes.overlaps import require_untied
 

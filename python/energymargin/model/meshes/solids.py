@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from trimesh import Trimesh
 from trimesh.util import append_faces
 
-from energymargin.base.arrays import Numbers
+from energymargin.base.checks import Numbers
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import warn
 

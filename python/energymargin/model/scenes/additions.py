@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from energymargin._core import Compound, Scene, World
-from energymargin.base.arrays import Numbers
+from energymargin.base.checks import Numbers
 from energymargin.base.errors import EnergyMarginError
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import warn

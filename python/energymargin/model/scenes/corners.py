@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from energymargin._core import Box, Capsule, Compound, ConvexHull, Cylinder, Sphere
-from energymargin.base.arrays import Numbers
+from energymargin.base.checks import Numbers
 from energymargin.model.scenes.poses import pose
 
 ROUND = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)  # rad, corners of a circle

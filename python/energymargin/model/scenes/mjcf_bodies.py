@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from energymargin._core import Box, Capsule, Compound, ConvexHull, Cylinder, Inertial, Part, Sphere
-from energymargin.base.arrays import Numbers
+from energymargin.base.checks import Numbers
 from energymargin.base.limits import Limit
 from energymargin.model.scenes import mjcf_model, reports
 from energymargin.model.scenes.additions import GYRATION, NEGLIGIBLE, Additions

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Surface
-from energymargin.base.arrays import Numbers
+from energymargin.base.checks import Numbers
 from energymargin.model.scenes.mjcf_model import Features, Selection, disabled, word
 
 DIMENSIONS = np.array([2, 4, 6])  # of contacts that slide, twist, roll with friction

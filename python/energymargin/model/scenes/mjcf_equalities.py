@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from energymargin.base.arrays import Numbers
+from energymargin.base.checks import Numbers
 from energymargin.model.scenes import mjcf_model
 from energymargin.model.scenes.mjcf_model import Features, Selection, disabled, name_of, word
 from energymargin.model.scenes.poses import Pose

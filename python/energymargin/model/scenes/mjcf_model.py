@@ -13,8 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from energymargin.base.arrays import Numbers
-from energymargin.base.checks import check_type
+from energymargin.base.checks import Numbers, check_type
 from energymargin.base.errors import needs_extra
 from energymargin.base.plausibility import warn
 from energymargin.base.reprs import Record

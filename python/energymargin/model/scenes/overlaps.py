@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from energymargin._core import Contact, Scene, World
-from energymargin.base.arrays import Numbers
+from energymargin.base.checks import Numbers
 
 TOUCHING = 1e-3  # what is left of an overlap, as a share of the deepest one
 ROUNDS = 100

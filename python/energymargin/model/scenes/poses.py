@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from energymargin._core import Compound, Inertial, MassProperties, Part, Scene, mass_properties
-from energymargin.base.arrays import Numbers
-from energymargin.base.checks import numbers_of
+from energymargin.base.checks import Numbers, numbers_of
 
 Pose = Numbers
 """A matrix, shape (4, 4), that takes points of the inner frame to the outer one."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from energymargin._core import LEAST_GYRATION, MOST_GYRATION, Inertial, mass_properties
-from energymargin.base.arrays import Numbers
+from energymargin.base.checks import Numbers
 from energymargin.base.plausibility import warn
 from energymargin.model.scenes.additions import GYRATION, FileMistakes
 from energymargin.model.scenes.corners import shape_parts

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from energymargin._core import Box, Cylinder, Mimic, Sphere, Surface
-from energymargin.base.arrays import Numbers
+from energymargin.base.checks import Numbers
 from energymargin.base.plausibility import warn
 from energymargin.model.scenes import additions
 from energymargin.model.scenes.additions import Control, FileMistakes

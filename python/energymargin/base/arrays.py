@@ -1,8 +1,0 @@
-"""Arrays of numbers, as types."""
-
-from __future__ import annotations
-
-import numpy as np
-from numpy.typing import NDArray
-
-Numbers = NDArray[np.float64]
