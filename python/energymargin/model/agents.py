@@ -42,10 +42,8 @@ class Agent:
         else:
             answer, state = predict(given, deterministic=True)
         if state is not None:
-            raise ValueError(
-                "the agent has a state of its own, expected one without: give em.Policy an act "
-                "that keeps it in memory, a row a rollout"
-            )
+            way = "give em.Policy an act that keeps it in memory, a row a rollout"
+            raise ValueError(f"the agent has a state of its own, expected one without: {way}")
         actions = np.asarray(answer)
         _require_shape("the agent returned", actions, self.does, "action", "ask its own agent")
         return actions.reshape(len(actions), -1) if len(self.does or ()) > 1 else actions

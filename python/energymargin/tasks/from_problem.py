@@ -72,10 +72,8 @@ class ProblemTask:
 
     def rollout(self, seed: int, frames: int = 10) -> Trajectory:
         """Raises ValueError: there are only recordings."""
-        raise ValueError(
-            f"task {self.name!r} makes no trajectories: it has those that `energymargin import "
-            "REC.csv --problem P.json` reads"
-        )
+        way = "it has those that `energymargin import REC.csv --problem P.json` reads"
+        raise ValueError(f"task {self.name!r} makes no trajectories: {way}")
 
     def scene(self, params: Params) -> Scene:
         """The problem's; the same for all recordings."""

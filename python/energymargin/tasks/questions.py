@@ -120,10 +120,8 @@ def drawn(name: str, params: Params | None, own: float | None) -> float:
     """A parameter of a trajectory, or else the task's own value; ValueError if neither is given."""
     value = (params or {}).get(name, own)
     if value is None:
-        raise ValueError(
-            f"the {name} is drawn for each trajectory: "
-            f"pass params=trajectory.params, or make the task with a {name}"
-        )
+        way = f"pass params=trajectory.params, or make the task with a {name}"
+        raise ValueError(f"the {name} is drawn for each trajectory: {way}")
     return value
 
 

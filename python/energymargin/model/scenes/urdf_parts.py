@@ -274,10 +274,8 @@ def _limits(joint: Joint) -> tuple[float, float]:
     if (joint.type == "continuous") != (lower < upper):
         return (lower, upper) if lower < upper else UNLIMITED
     has = f"limits from {lower} to {upper}" if joint.limits else "no limits"
-    raise ValueError(
-        f"joint {joint.name!r} is {joint.type} and has {has}; "
-        f"joints={{{joint.name!r}: {{'limits': (lower, upper)}}}} says which hold"
-    )
+    way = f"joints={{{joint.name!r}: {{'limits': (lower, upper)}}}} says which hold"
+    raise ValueError(f"joint {joint.name!r} is {joint.type} and has {has}; {way}")
 
 
 def _check_reach(
