@@ -211,11 +211,8 @@ class Names:
         links = {joint.child for joint in scene.joints}
         ends = [body for body in scene.bodies if body.name not in links]
         there = [(body, bodies[body.name]) for body in ends if body.name in bodies]
-        between = [
-            (joint, bodies[joint.parent], bodies[joint.child])
-            for joint in scene.joints
-            if {joint.parent, joint.child} <= bodies.keys()
-        ]
+        jointed = [j for j in scene.joints if {j.parent, j.child} <= bodies.keys()]
+        between = [(j, bodies[j.parent], bodies[j.child]) for j in jointed]
         moving = [joint for joint in scene.joints if joint.type != "fixed"]
         self.bodies = bodies
         """All that the model has, by name."""

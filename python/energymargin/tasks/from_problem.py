@@ -57,11 +57,8 @@ class ProblemTask:
         """
         scene = self._problem.scene
         links = {joint.child for joint in scene.joints}
-        found = [
-            body.name
-            for body in scene.bodies
-            if body.role == role and not body.fixed and body.name not in links
-        ]
+        free = [body for body in scene.bodies if not body.fixed and body.name not in links]
+        found = [body.name for body in free if body.role == role]
         if len(found) != 1:
             shown = ", ".join(map(repr, found)) or "none"
             raise ValueError(

@@ -105,11 +105,9 @@ class PushMultiTask(FrictionTask):
             disc: {"position": (*place, DISC_HEIGHT / 2)}
             for disc, place in zip(DISCS, places, strict=True)
         }
-        moved["bar"] = {
-            "position": (random.uniform(-BAR_X_SPREAD, BAR_X_SPREAD), 0.0, BAR_Z),
-            "velocity": (0.0, random.uniform(*BAR_SPEED_RANGE), 0.0),
-            "angular_velocity": (0.0, 0.0, params["turn"]),
-        }
+        place = (random.uniform(-BAR_X_SPREAD, BAR_X_SPREAD), 0.0, BAR_Z)
+        speed, turn = (0.0, random.uniform(*BAR_SPEED_RANGE), 0.0), (0.0, 0.0, params["turn"])
+        moved["bar"] = {"position": place, "velocity": speed, "angular_velocity": turn}
         return np.asarray(self.layout.pack(**moved))
 
     def drive(self, params: Params, random: np.random.Generator) -> Drive:

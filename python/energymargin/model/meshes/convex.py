@@ -100,10 +100,8 @@ class Decomposition:
             return [corners(vertices, self.max_points)]
         settings: dict[str, Any] = {**SEARCH, "threshold": self.threshold, "seed": self.seed}
         settings["preprocess_mode"] = "off" if closed else "on"
-        return cached(
-            [vertices, faces, json.dumps([settings, self.max_points, version("coacd")])],
-            lambda: self._decomposed(vertices, faces, settings),
-        )
+        how = json.dumps([settings, self.max_points, version("coacd")])
+        return cached([vertices, faces, how], lambda: self._decomposed(vertices, faces, settings))
 
     def _decomposed(self, vertices: Points, faces: Faces, settings: dict[str, Any]) -> list[Points]:
         """Points (k, 3) of the parts that coacd makes; says that it takes long."""

@@ -80,11 +80,8 @@ def _cut(accuracy: float, parts: list[Points], mesh: Manifold, how: Decompositio
     ]
     together = union([solid.hull() for solid in solids])
     outside = Surface(together)
-    left = [
-        rest
-        for rest in (mesh - together).decompose()
-        if outside.farthest(rest, QUICK)[0] > LEFT * accuracy
-    ]
+    rests = (mesh - together).decompose()
+    left = [rest for rest in rests if outside.farthest(rest, QUICK)[0] > LEFT * accuracy]
 
     def measured(solids: Sequence[Manifold]) -> list[CutPiece]:
         how.limit.require(f"{how.path} was decomposed")

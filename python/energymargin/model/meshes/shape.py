@@ -77,8 +77,7 @@ class MeshShape(Compound):
 
 def made_of(path: Path, how: PartSettings, limit: Limit, scale: Any, report: Update) -> MeshShape:
     """That of a file, as `em.mesh` says."""
-    sizes = _scale(scale)
-    pieces = _read(path, sizes)
+    pieces = _read(path, _scale(scale))
     whole = joined(pieces)
     vertices = np.asarray(whole.vertices, float)
     size = float(np.ptp(vertices, axis=0).max())

@@ -159,7 +159,7 @@ class Additions:
 
     bodies: list[dict[str, Any]]
     joints: list[dict[str, Any]]
-    disabled: list[Pair]
+    disabled: list[Pair] = field(default_factory=list)
     frictions: list[tuple[str, str, float, float, float]] = field(default_factory=list)
     """Coefficients of pairs of bodies."""
     planes: list[dict[str, Any]] = field(default_factory=list)

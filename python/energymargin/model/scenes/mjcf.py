@@ -125,10 +125,8 @@ def from_mjcf(
     with mistakes.listed():
         roles = _roles(selection, {"object": object, "effector": effector})
     coupled = couplings(selection, features)
-    settable = {
-        name_of(made, "joint", joint): () if joint in coupled else additions.CONTROL
-        for joint in selection.all_joints()
-    }
+    every = {name_of(made, "joint", joint): joint for joint in selection.all_joints()}
+    settable = {name: () if j in coupled else additions.CONTROL for name, j in every.items()}
     control = joints or {}
     with mistakes.listed():
         additions.check_control(control, settable)

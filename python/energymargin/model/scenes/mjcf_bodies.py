@@ -63,11 +63,12 @@ class Builder:
         order = [*drives, None]
         joints = sorted(self._joints, key=lambda each: order.index(each[0]))
         loops = [self._loop(tie) for tie in ties]
-        disabled, frictions = self._pairs(self_collision)
         bodies = sorted(self._bodies.values(), key=lambda keywords: bool(keywords["mass"] > 0))
         jointed = [{**of, **({} if joint is None else drives[joint])} for joint, of in joints]
         planes = list(self._planes.values())
-        return Additions(bodies, jointed, disabled, frictions, planes, self._rows, loops=loops)
+        new = Additions(bodies, jointed, planes=planes, rows=self._rows, loops=loops)
+        self._add_pairs(new, self_collision)
+        return new
 
     def _loop(self, tie: Tie) -> dict[str, Any]:
         """Keywords of `Scene.add_loop`."""
@@ -89,8 +90,7 @@ class Builder:
 
     def _add_body(self, name: str, body: int, **keywords: Any) -> None:
         role = self.roles.get(body, "none")
-        if name != self._name(body) and role == "object":
-            role = "none"
+        role = "none" if name != self._name(body) and role == "object" else role
         self._bodies[name] = {"name": self.prefix + name, "role": role, **keywords}
 
     def _add_joint(self, joint: int | None, name: str, parent: str, child: str, **of: Any) -> None:
@@ -260,12 +260,9 @@ class Builder:
 
     # Contacts
 
-    def _pairs(
-        self, self_collision: bool
-    ) -> tuple[list[tuple[str, str]], list[tuple[str, str, float, float, float]]]:
+    def _add_pairs(self, new: Additions, self_collision: bool) -> None:
         """Bodies that never collide, and those whose friction is not the larger of the two."""
         jointed = {frozenset((j["parent"], j["child"])) for _, j in self._joints}
-        disabled, frictions = [], []
         for a, b in combinations(self.contacts.groups, 2):
             if self.selection.rigid(a.body, b.body):
                 continue
@@ -274,10 +271,9 @@ class Builder:
             if frozenset(names) in jointed:
                 continue
             if friction is None:
-                disabled.append(names)
+                new.disabled.append(names)
             elif friction != tuple(map(max, a.friction, b.friction)):
-                frictions.append((*names, *friction))
-        return disabled, frictions
+                new.frictions.append((*names, *friction))
 
 
 def _placed(at: Pose) -> dict[str, Any]:

@@ -217,10 +217,8 @@ class _Drives:
         """Whether the joints' limits keep a tendon within its own."""
         if not self._model.tendon_limited[tendon] or not self._stops:
             return True
-        ends = [
-            sorted((factor * self.drives[joint].lower, factor * self.drives[joint].upper))
-            for joint, factor in length.terms.items()
-        ]
+        own = [(self.drives[joint], factor) for joint, factor in length.terms.items()]
+        ends = [sorted((factor * drive.lower, factor * drive.upper)) for drive, factor in own]
         least, most = np.sum(ends, axis=0) + length.constant
         low, high = self._model.tendon_range[tendon]
         return bool(low <= least and most <= high)

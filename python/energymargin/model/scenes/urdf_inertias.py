@@ -80,10 +80,8 @@ def warn_of_links(path: Path, robot: Robot, bodies: Mapping[str, Mapping[str, An
     may reach beyond its collision shapes.
     """
     nothing = np.empty((0, 3))
-    points = {
-        name: np.concatenate([nothing, *shape_parts(body["shape"])])
-        for name, body in bodies.items()
-    }
+    parts = {name: [nothing, *shape_parts(body["shape"])] for name, body in bodies.items()}
+    points = {name: np.concatenate(own) for name, own in parts.items()}
     found: dict[str, list[str]] = {}
     for kind, link, text in (*_of_masses(bodies, points), *_of_places(robot, points)):
         found.setdefault(kind, []).append(f"{link!r} ({text})")

@@ -97,10 +97,8 @@ def link_of(element: ET.Element) -> Link:
         mass = 0.0
     contact = {of.tag: _number(of, "value", 0.0) for of in element.iterfind("contact/*")}
     scaling = contact.pop("inertia_scaling", 1.0)
-    geometries = [
-        Geometry(_shape(next(collision.iterfind("geometry/*"))), _pose(collision.find("origin")))
-        for collision in element.findall("collision")
-    ]
+    collisions = element.findall("collision")
+    geometries = [Geometry(_shape(each), _pose(each.find("origin"))) for each in collisions]
     center = _pose(element.find("inertial/origin"))
     scaled = None if inertia is None else scaling * inertia
     return Link(name, mass, center, scaled, tuple(geometries), contact)
@@ -116,7 +114,8 @@ def surface_of(link: Link) -> dict[str, Surface]:
     return {"surface": Surface(**contact)} if contact else {}
 
 
-def _shape(shape: ET.Element) -> Box | Sphere | Cylinder | MeshFile:
+def _shape(collision: ET.Element) -> Box | Sphere | Cylinder | MeshFile:
+    shape = next(collision.iterfind("geometry/*"))
     if shape.tag == "box":
         return Box(_numbers(shape, "size", ()))
     if shape.tag == "sphere":
