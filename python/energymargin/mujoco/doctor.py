@@ -163,18 +163,14 @@ def _settings(model: Any) -> Iterator[Finding]:
     constant, other = solref.T
     quick = (constant > 0) & (constant < STEPS_OF_SOLREF * step)
     if quick.any():
-        text = (
-            f"solref {constant[quick].min():g} s is below two steps of {step:g} s: contacts are "
-            "softer than it says, or ring; a timestep of half of it, or a longer solref"
-        )
+        text = f"solref {constant[quick].min():g} s is below two steps of {step:g} s: contacts are "
+        text += "softer than it says, or ring; a timestep of half of it, or a longer solref"
         yield Finding("solref", _first(names, quick), text)
     hard = (constant < 0) & (np.maximum(-constant * step**2, -other * step) > 1.0)
     if hard.any():
-        text = (
-            f"solref is a stiffness of {-constant[hard].min():g} /s^2 and a damping of "
-            f"{-other[hard].min():g} /s, too much for a step of {step:g} s: contacts ring or throw "
-            "things off; a shorter timestep, or a softer solref"
-        )
+        text = f"solref is a stiffness of {-constant[hard].min():g} /s^2 and a damping of "
+        text += f"{-other[hard].min():g} /s, too much for a step of {step:g} s: contacts ring or "
+        text += "throw things off; a shorter timestep, or a softer solref"
         yield Finding("solref", _first(names, hard), text)
     pushes = margin >= PUSHES
     if pushes.any():

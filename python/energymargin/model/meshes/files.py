@@ -87,11 +87,9 @@ def mesh(
 
 def warn_of_open(names: Sequence[str], fingerprint: str) -> None:
     """Warns of shapes whose meshes have no inside, where their mass properties count."""
-    text = (
-        f"{', '.join(names)}: not closed, or closed surfaces that contradict each other, so "
-        "volume, centre of mass and inertia are those of the convex parts, which may be some "
-        "per cent off: close the mesh, or give mass and inertia."
-    )
+    text = f"{', '.join(names)}: not closed, or closed surfaces that contradict each other, so "
+    text += "volume, centre of mass and inertia are those of the convex parts, which may be some "
+    text += "per cent off: close the mesh, or give mass and inertia."
     warn([(text, text)], fingerprint)
 
 

@@ -94,10 +94,8 @@ def _same(shell: Trimesh, other: Trimesh) -> bool:
 
 def _warn_of_buried(count: int, path: Path) -> None:
     if count:
-        text = (
-            f"{path.name} has {count} closed surfaces within bodies that face the same way as "
-            "these: they are taken as inside of them. A cavity's surface faces the other way."
-        )
+        text = f"{path.name} has {count} closed surfaces within bodies that face the same way as "
+        text += "these: they are taken as inside of them. A cavity's surface faces the other way."
         warn([("buried", text)], str(path))
 
 

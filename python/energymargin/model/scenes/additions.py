@@ -337,8 +337,7 @@ def _warn_of_overlaps(kind: str, depths: Mapping[Pair, str], prefix: str) -> Non
     found = ", ".join(f"{a!r} and {b!r} by {depth}" for (a, b), depth in deep.items())
     text = f"links overlap wherever their joints are: {found}. They never collide"
     if kind == reports.TOUCHING:
-        text = (
-            f"links overlap at the start: {found}. They touch, and are pressed apart; where they "
-            "are too deep in each other for that, joints={name: {'start': ...}} starts them apart"
-        )
+        text = f"links overlap at the start: {found}. They touch, and are pressed apart; where "
+        text += "they are too deep in each other for that, joints={name: {'start': ...}} "
+        text += "starts them apart"
     warn([(text, f"{text}; disable_collisions={list(deep)} says that they never collide.")], text)

@@ -221,11 +221,9 @@ def _rounded(at: Pose) -> str:
 def _warn_of_left_out(path: str, robot: Robot, ignored: Collection[str]) -> None:
     """One line of what is left out without having been named in `ignore`, and one of masses."""
     told = {name: count for name, count in robot.left_out.items() if name not in ignored}
-    left = (
-        f"{path}: left out, as it moves nothing, is there twice, is flat (thicker, it collides) or "
-        f"has a namespace that the file does not declare: {counted(told)}; ignore={tuple(told)!r} "
-        "says that this is meant."
-    )
+    left = f"{path}: left out, as it moves nothing, is there twice, is flat (thicker, it collides) "
+    left += f"or has a namespace that the file does not declare: {counted(told)}; "
+    left += f"ignore={tuple(told)!r} says that this is meant."
     warn([(left, left)] if told else [], left)
     stated = ", ".join(f"{name!r} {value}" for name, value in robot.stated.items())
     text = f"{path}: links that move lack a mass or an inertia in the file, and get: {stated}."

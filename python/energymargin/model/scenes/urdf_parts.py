@@ -293,11 +293,9 @@ def _check_reach(
     if beyond <= SLACK:
         return
     if beyond <= CLOSE * (upper - lower):
-        text = (
-            f"joint {joint.name!r} follows {name!r} from {least:.6g} to {most:.6g}, and its own "
-            f"limits are from {lower:.6g} to {upper:.6g}: they differ by less than 1 %, and those "
-            f"of {name!r} hold."
-        )
+        text = f"joint {joint.name!r} follows {name!r} from {least:.6g} to {most:.6g}, and its own "
+        text += f"limits are from {lower:.6g} to {upper:.6g}: they differ by less than 1 %, and "
+        text += f"those of {name!r} hold."
         warn([(text, text)], text)
         return
     raise ValueError(
