@@ -84,10 +84,8 @@ class _Checker:
         """Its digest, and what it varies."""
         engine, digest = self.engine, self.engine.digest()
         if not isinstance(digest, str) or engine.digest() != digest:
-            self.fail(
-                f"digest() returned {shown(digest)} and then {shown(engine.digest())}, expected "
-                "one text for one engine"
-            )
+            wrong = f"digest() returned {shown(digest)} and then {shown(engine.digest())}"
+            self.fail(f"{wrong}, expected one text for one engine")
         for name, value in list(engine.varies.items())[:VARIED]:
             changed = VARY * value if value else VARY
             other, call = engine.varied({name: changed}), f"varied({{{name!r}: {changed:g}}}) has"

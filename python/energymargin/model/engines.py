@@ -125,10 +125,8 @@ class Engine(ABC):
         with self._alone:
             answer = self.play(batch)
         if not (isinstance(answer, tuple) and len(answer) == 3):
-            raise ValueError(
-                f"play of the engine {self.name!r} returned {shown(answer)}, expected (states, "
-                "memory, work)"
-            )
+            wrong = f"play of the engine {self.name!r} returned {shown(answer)}"
+            raise ValueError(f"{wrong}, expected (states, memory, work)")
         of_states = (count, steps // batch.every, batch.states.shape[1])
         return (
             _shaped(self, "play: states", answer[0], of_states),

@@ -45,10 +45,8 @@ class States:
         self._free = [(body, at, scene.slice(body.name)) for body, at in names.free]
         self._own = [(joint, at, scene.joint_slice(joint.name)) for joint, at in names.moving]
         if others is None and names.missing:
-            raise ValueError(
-                f"the model does not have {', '.join(map(repr, names.missing))}; others=state says "
-                "where they are, as scene.pack(...) does"
-            )
+            wrong = f"the model does not have {', '.join(map(repr, names.missing))}"
+            raise ValueError(f"{wrong}; others=state says where they are, as scene.pack(...) does")
         self.rest = np.zeros(scene.dimension) if others is None else np.array(others, float)
         """`others`, or zeros."""
         check_shape("others", self.rest, (scene.dimension,))

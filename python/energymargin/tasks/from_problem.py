@@ -61,10 +61,8 @@ class ProblemTask:
         found = [body.name for body in free if body.role == role]
         if len(found) != 1:
             shown = ", ".join(map(repr, found)) or "none"
-            raise ValueError(
-                f"{self.file} has {shown} with the role {role!r} that moves freely, on no joint, "
-                f"expected one: role={role!r} of Scene.add_body"
-            )
+            wrong = f"{self.file} has {shown} with the role {role!r} that moves freely, on no joint"
+            raise ValueError(f"{wrong}, expected one: role={role!r} of Scene.add_body")
         return found[0]
 
     def rollout(self, seed: int, frames: int = 10) -> Trajectory:

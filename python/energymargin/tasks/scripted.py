@@ -33,10 +33,8 @@ def in_engine(task: Task, engine: str) -> Task:
     Raises ValueError on a task that is no ScriptedTask, and on an engine that there is not.
     """
     if not isinstance(task, ScriptedTask):
-        raise ValueError(
-            f"engine is {engine!r}, but task {task.name!r} makes its own scenes: build them with "
-            f"Scene(engine={engine!r})"
-        )
+        wrong = f"engine is {engine!r}, but task {task.name!r} makes its own scenes"
+        raise ValueError(f"{wrong}: build them with Scene(engine={engine!r})")
     Scene(engine=engine)
     made = copy(task)
     made.__class__ = type(type(task).__name__, (_InEngine, type(task)), {"engine": engine})

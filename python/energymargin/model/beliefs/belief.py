@@ -323,10 +323,8 @@ def common_particles(beliefs: Sequence[Belief], seed: int) -> Iterator[CommonPar
     first, *others = (_said(belief.sources) for belief in beliefs)
     for number, other in enumerate(others, 1):
         if other != first:
-            raise ValueError(
-                f"uncertainty is of {first} in problem number 0, of {other} in number {number}, "
-                "expected the same bodies in the same order"
-            )
+            wrong = f"uncertainty is of {first} in problem number 0, of {other} in number {number}"
+            raise ValueError(f"{wrong}, expected the same bodies in the same order")
     random, refused = np.random.default_rng(seed), np.zeros(len(beliefs), dtype=int)
     number = made = 0
     while number - made < TRIES * (made + AT_FIRST):
@@ -350,10 +348,8 @@ def numbered_particle(belief: Belief, seed: int, number: int) -> Problem:
     points = (np.clip(random.random(belief.dimension), *OPEN) for _ in range(TRIES))
     found = next(filter(None, map(belief.particle, points)), None)
     if found is None:
-        raise ValueError(
-            f"{TRIES} draws of the uncertainty have no place or a friction or mass below 0, "
-            "expected smaller errors"
-        )
+        wrong = f"{TRIES} draws of the uncertainty have no place or a friction or mass below 0"
+        raise ValueError(f"{wrong}, expected smaller errors")
     return found[0]
 
 

@@ -169,10 +169,8 @@ def _base_pose(
     """Pose of the world, or of the subtree's base where the caller or the model has it."""
     if selection.root is None:
         if position is not None or orientation is not None:
-            raise ValueError(
-                f"position is {position!r} and orientation {orientation!r}, expected neither "
-                "without a subtree"
-            )
+            wrong = f"position is {position!r} and orientation {orientation!r}"
+            raise ValueError(f"{wrong}, expected neither without a subtree")
         return np.eye(4)
     there = place(selection.start.poses[selection.root])
     given = {"position": position, "orientation": orientation}

@@ -85,10 +85,8 @@ def _require_few(root: ET.Element, folder: Path) -> None:
 
     elements = size(root)
     if asked and elements > MOST_ELEMENTS:
-        raise ValueError(
-            f"the model asks for {elements} elements by {', '.join(asked[:3])}, expected at most "
-            f"{MOST_ELEMENTS}"
-        )
+        wrong = f"the model asks for {elements} elements by {', '.join(asked[:3])}"
+        raise ValueError(f"{wrong}, expected at most {MOST_ELEMENTS}")
 
 
 def word(enum: str, value: Any) -> str:

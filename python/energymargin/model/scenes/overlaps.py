@@ -55,10 +55,8 @@ def moved_apart(
 def require_untied(scene: Scene, name: str, body: str) -> None:
     """Raises ValueError on a body that a loop ties: elsewhere alone it opens the loop."""
     if any(body in (loop.body_a, loop.body_b) for loop in scene.loops):
-        raise ValueError(
-            f"{name} names the body {body!r}, which a loop ties to another one, expected one that "
-            "can be elsewhere alone"
-        )
+        wrong = f"{name} names the body {body!r}, which a loop ties to another one"
+        raise ValueError(f"{wrong}, expected one that can be elsewhere alone")
 
 
 def _way_out(contact: Contact, bodies: Sequence[str], free: Numbers) -> tuple[str, Numbers] | None:

@@ -197,10 +197,8 @@ def _root(links: dict[str, Link], joints: dict[str, Joint], mistakes: FileMistak
                 known = ", ".join(links)
                 mistakes.add(f"joint {joint.name!r} has the {of} {link!r}, expected one of {known}")
         if joint.child in carried:
-            mistakes.add(
-                f"joints {carried[joint.child]!r} and {joint.name!r} both carry {joint.child!r}, "
-                "expected one: loops are not simulated"
-            )
+            wrong = f"joints {carried[joint.child]!r} and {joint.name!r} both carry {joint.child!r}"
+            mistakes.add(f"{wrong}, expected one: loops are not simulated")
         carried[joint.child] = joint.name
     roots = [name for name in links if name not in carried]
     if len(roots) != 1:
