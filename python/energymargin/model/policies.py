@@ -205,10 +205,9 @@ def _unpickled(name: str, code: bytes) -> Policy:
     try:
         arguments, first = pickle.loads(code)
     except (AttributeError, ImportError) as error:
-        raise ValueError(
-            f"this process has no code of the policy {name!r} ({error}), expected it in a module "
-            "that both can import, not in the script that runs"
-        ) from error
+        wrong = f"this process has no code of the policy {name!r} ({error})"
+        expected = "expected it in a module that both can import, not in the script that runs"
+        raise ValueError(f"{wrong}, {expected}") from error
     policy = Policy(**arguments)
     policy._first = first
     return policy

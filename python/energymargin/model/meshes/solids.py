@@ -123,10 +123,9 @@ def _around(shells: list[Trimesh], path: Path, limit: Limit) -> list[list[int]]:
             elif share > 0.0 and volumes[i] * volumes[j] < 0.0:
                 crossing.append((i, int(j)))
     if any(not around[i] and not around[j] for i, j in crossing):
-        raise ValueError(
-            f"{path} has two closed surfaces that cross each other and face opposite ways, "
-            f"expected surfaces of bodies and of cavities within them. {WAY_OUT}"
-        )
+        wrong = f"{path} has two closed surfaces that cross each other and face opposite ways"
+        expected = f"expected surfaces of bodies and of cavities within them. {WAY_OUT}"
+        raise ValueError(f"{wrong}, {expected}")
     return around
 
 

@@ -143,10 +143,9 @@ def _require_places(ignore: Collection[str]) -> None:
         if rule is None or (attribute and attribute not in (*rule.needs, *rule.takes)):
             continue
         parents = [f"<{parent}>" for parent, of in GRAMMAR.items() if tag in of.children]
-        raise ValueError(
-            f"ignore has {name!r}, which is simulated in {', '.join(parents) or 'each file'}; "
-            f"expected 'parent/{name}', which leaves it out in that parent alone"
-        )
+        wrong = f"ignore has {name!r}, which is simulated in {', '.join(parents) or 'each file'}"
+        expected = f"expected 'parent/{name}', which leaves it out in that parent alone"
+        raise ValueError(f"{wrong}; {expected}")
 
 
 def _strip(
