@@ -86,8 +86,7 @@ class GraspTask(FrictionTask):
     # both readings predict alike.
     plane = ("x", "z")
     length = 2.0  # s
-    longest_edge, rate = LONGEST_EDGE, RATE
-    friction_range = FRICTION_RANGE
+    longest_edge, rate, friction_range = LONGEST_EDGE, RATE, FRICTION_RANGE
     usual: ClassVar[Params] = {"clench": 1.0}
 
     def scene(self, params: Params) -> Scene:

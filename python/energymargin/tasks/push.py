@@ -74,8 +74,7 @@ class PushTask(FrictionTask):
     # "drive" is the default: the table's friction stops a pusher that coasts before the box slips
     # off, and the capture score's AUC falls by .02, its AP by .04.
     length = 2.5  # s
-    longest_edge, rate = LONGEST_EDGE, RATE
-    friction_range = FRICTION_RANGE
+    longest_edge, rate, friction_range = LONGEST_EDGE, RATE, FRICTION_RANGE
 
     def __init__(
         self, friction: float | None = None, effector: str = "drive", follow: bool = True

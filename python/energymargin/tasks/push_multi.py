@@ -76,8 +76,7 @@ class PushMultiTask(FrictionTask):
 
     name = "push-multi"
     length = 2.5  # s
-    longest_edge, rate = LONGEST_EDGE, RATE
-    friction_range = FRICTION_RANGE
+    longest_edge, rate, friction_range = LONGEST_EDGE, RATE, FRICTION_RANGE
 
     def scene(self, params: Params) -> Scene:
         """Table, discs and bar, all of the friction in `params`."""

@@ -80,8 +80,7 @@ class ScoopTask(FrictionTask):
     name = "scoop"
     plane = ("x", "z")
     length = 2.0  # s
-    longest_edge, rate = LONGEST_EDGE, RATE
-    friction_range = FRICTION_RANGE
+    longest_edge, rate, friction_range = LONGEST_EDGE, RATE, FRICTION_RANGE
 
     def scene(self, params: Params) -> Scene:
         """Table, boxes and scoop, with the friction in `params`."""

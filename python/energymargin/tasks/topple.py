@@ -81,8 +81,7 @@ class ToppleTask(FrictionTask):
     # it at rest, so that it never arrives, and the capture score's AP falls by a quarter.
     plane = ("x", "z")
     length = 1.5  # s
-    longest_edge, rate = LONGEST_EDGE, RATE
-    friction_range = FRICTION_RANGE
+    longest_edge, rate, friction_range = LONGEST_EDGE, RATE, FRICTION_RANGE
 
     def scene(self, params: Params) -> Scene:
         """Ground, box and finger, with the friction in `params`."""
