@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 from functools import cached_property
+from hashlib import sha256
 from pathlib import Path
 
 from energymargin._core import Contact, Problem, Region, Scene
@@ -26,7 +26,7 @@ class ProblemTask:
         says, is no problem, or has a plan or a horizon.
         """
         self.file = str(file)
-        self.digest = _digest(self.file) if self.file else ""
+        self.digest = sha256(Path(file).read_bytes()).hexdigest()[:DIGITS] if file else ""
         if digest not in ("", self.digest):
             raise ValueError(
                 f"{self.file} has changed since it was recorded with: its digest is "
@@ -88,7 +88,3 @@ class ProblemTask:
     ) -> Problem:
         """The question at a state, shape (n,)."""
         return self._problem.replace(state=state, contacts=contacts, start_outside=True)
-
-
-def _digest(file: str) -> str:
-    return hashlib.sha256(Path(file).read_bytes()).hexdigest()[:DIGITS]

@@ -207,7 +207,8 @@ def added(
     """
     check_names(scene, new.bodies + new.planes, new.joints)
     _warn_of_no_shape(new.bodies)
-    made = new.add_to(Scene() if scene is None else _empty(scene), limit)
+    settings = {} if scene is None else {name: getattr(scene, name) for name in SETTINGS}
+    made = new.add_to(Scene(**settings), limit)
     moving = [joint for joint in new.joints if joint["type"] != "fixed"]
     driving = (tendon["joints"] for tendon in new.tendons if any(map(tendon.get, DRIVING)))
     by_tendon = {joint for joints in driving for joint in joints}
@@ -251,11 +252,6 @@ def check_names(
         for name in (keywords["name"] for keywords in added):
             if name in taken:
                 raise ValueError(f"the scene has a {what} {name!r}; prefix=... gives other names")
-
-
-def _empty(scene: Scene) -> Scene:
-    """A scene without bodies, stepped as the given one."""
-    return Scene(**{name: getattr(scene, name) for name in SETTINGS})
 
 
 def _overlaps(world: World, state: Numbers | None = None) -> dict[Pair, float]:

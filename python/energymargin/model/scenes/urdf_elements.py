@@ -166,8 +166,9 @@ def _strip(
             left_out[found] += 1
         return bool(found)
 
-    for name in list(element.attrib):
-        if goes(name, f"{element.tag}.{name}", parent) or _nothing(element, name):
+    for name, text in list(element.attrib.items()):
+        turned = (element.tag, name) != ("axis", "rpy") or any(_floats(text) or "?")
+        if goes(name, f"{element.tag}.{name}", parent) or not turned:
             del element.attrib[name]
     for child in list(element):
         shaped = child.tag == "collision" and child.find("geometry/*") is not None
@@ -195,11 +196,6 @@ def _strip_repeated(element: ET.Element, left_out: Counter[str]) -> None:
 
 def _prefix(name: str) -> str:
     return name.rpartition(":")[0] or "xml"
-
-
-def _nothing(element: ET.Element, name: str) -> bool:
-    """Whether it is an axis that is not turned."""
-    return (element.tag, name) == ("axis", "rpy") and not any(_floats(element.attrib[name]) or "?")
 
 
 def _floats(text: str) -> list[float] | None:
