@@ -22,6 +22,7 @@ FASTER = 0.01  # m/s
 ROUNDS, SWITCH = 8, 1e-5  # of threads at once; s, between which they take turns
 SLACK = 1e-6  # of works, as shares of the largest
 TURN = 1e-3  # likewise, of a turn about an axis that turns itself
+WAY_OUT = "deterministic = False"
 BACKWARDS = list(range(ROWS))[::-1]
 
 
@@ -189,7 +190,7 @@ class _Checker:
         rest = _steps(batch, EVERY, batch.steps)
         then = self.play(replace(rest, states=first[0][:, -1].copy(), memory=first[1]))
         states, work = (np.concatenate([first[k], then[k]], axis=1) for k in (0, 2))
-        self._compare("a rollout that is saved and goes on", (states, then[1], work))
+        self._compare("a rollout that is saved and goes on", (states, then[1], work), None)
 
     def require_same(self, what: str, batch: Batch, rows: list[int] | None = None) -> None:
         """Rows of a batch have the same answers as those of the first one."""
@@ -197,11 +198,7 @@ class _Checker:
         self._compare(what, found, rows)
 
     def _compare(
-        self,
-        what: str,
-        found: Sequence[Numbers],
-        rows: list[int] | None = None,
-        way_out: str = "deterministic = False",
+        self, what: str, found: Sequence[Numbers], rows: list[int] | None, way_out: str = WAY_OUT
     ) -> None:
         for name, one, whole in zip(PARTS, found, self.whole, strict=True):
             other = whole if rows is None else whole[rows]

@@ -76,7 +76,7 @@ class Engine(em.engines.Engine):
         """Threads that step it."""
         self._roles: dict[str, Any] = {"objects": _names(objects), "effector": _names(effector)}
         own = None if scene is None else scene.with_engine("native")
-        self.scene: em.Scene = own or scene_of(model, self.data, **self._roles)
+        self.scene: em.Scene = own or scene_of(model, self.data, step=self.step, **self._roles)
         """The scene that sets, pictures and searches know, without an engine."""
         self._has_own_scene = scene is not None
         for body in self._roles["objects"]:

@@ -19,19 +19,12 @@ class Inside:
     """The model and the data that an environment steps."""
 
     def __init__(
-        self,
-        model: Any,
-        data: Any,
-        *,
-        step: float,
-        objects: Sequence[str],
-        effector: Sequence[str],
-        scene: em.Scene | None,
+        self, model: Any, data: Any, scene: em.Scene | None, *, step: float, **roles: Sequence[str]
     ) -> None:
-        """`step`: of the environment [s]. Raises ValueError on names that the model lacks."""
+        """`step`: of the environment [s]; `roles`: objects and effector, by name. Raises ValueError
+        on names that the model lacks."""
         self.model, self.data = model, data
-        given: dict[str, Any] = {"objects": objects, "effector": effector, "step": step}
-        made = scene_of(model, data, **given) if scene is None else scene
+        made = scene_of(model, data, step=step, **roles) if scene is None else scene
         self.scene: em.Scene = made.with_engine("native")
         """Without an engine."""
         self.substeps = max(round(step / float(model.opt.timestep)), 1)

@@ -18,19 +18,13 @@ SMALLEST = 1e-3  # m, half an edge of a body without geoms
 
 
 def scene_of(
-    model: Any,
-    data: Any,
-    *,
-    objects: Sequence[str],
-    effector: Sequence[str] = (),
-    step: float | None = None,
+    model: Any, data: Any, *, objects: Sequence[str], effector: Sequence[str], step: float
 ) -> em.Scene:
-    """That of from_mjcf, in MuJoCo's step or another one [s]; of a model that it refuses, the named
-    bodies alone, each a box about its geoms.
+    """That of from_mjcf, with a step [s]; of a model that it refuses, the named bodies alone, each
+    a box about its geoms.
 
     Raises ValueError on names that the model does not have.
     """
-    step = float(model.opt.timestep) if step is None else step
     made: dict[str, Any] = {"gravity": model.opt.gravity, "step": step, "friction_rule": "max"}
     try:
         scene = em.Scene(**made)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from energymargin._core import Cancel
 from energymargin.base.bars import Update
@@ -79,7 +79,7 @@ def mesh(
         TimeoutError: after `timeout`. Cancelled: once `cancel` is set.
     """
     how = PartSettings(decompose, threshold, accuracy, max_points, recenter, seed)
-    shape = shape_of(path, how, Limit(timeout, cancel), scale=scale, progress=progress)
+    shape = shape_of(path, how, Limit(timeout, cancel), scale, progress)
     if shape.solid is None:
         warn_of_open([Path(path).name], str(path))
     return shape
@@ -94,12 +94,7 @@ def warn_of_open(names: Sequence[str], fingerprint: str) -> None:
 
 
 def shape_of(
-    path: str | Path,
-    how: PartSettings,
-    limit: Limit,
-    *,
-    scale: float | Sequence[float],
-    progress: Update | None = None,
+    path: str | Path, how: PartSettings, limit: Limit, scale: Any, progress: Update | None = None
 ) -> MeshShape:
     """The result of `mesh`, with `limit` for its timeout and cancel; says nothing of open meshes.
 

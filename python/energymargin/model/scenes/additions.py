@@ -169,6 +169,9 @@ class Additions:
     loops: list[dict[str, Any]] = field(default_factory=list)
     hulls: list[str] = field(default_factory=list)
     """Bodies that collide as the convex hull of a mesh that is not convex."""
+    self_collision: bool = True
+    overlapping: bool = False
+    """Whether all that overlap at the start never collide."""
 
     def add_to(self, scene: Scene, limit: Limit) -> Scene:
         """The scene with all of it; with less where it raises TimeoutError or Cancelled."""
@@ -191,19 +194,11 @@ class Additions:
         return scene
 
 
-def added(
-    scene: Scene | None,
-    new: Additions,
-    prefix: str,
-    limit: Limit,
-    *,
-    self_collision: bool,
-    overlapping: bool = False,
-) -> Scene:
+def added(scene: Scene | None, new: Additions, prefix: str, limit: Limit) -> Scene:
     """The scene, or a new one, with a robot; an error leaves a given scene as it was.
 
-    Links that overlap at the start and wherever their joints are never collide; others touch.
-    `overlapping`: all that overlap at the start never collide. The scene's report tells of each.
+    Links that overlap at the start and wherever their joints are never collide; others touch. The
+    scene's report tells of each.
     """
     check_names(scene, new.bodies + new.planes, new.joints)
     _warn_of_no_shape(new.bodies)
@@ -219,18 +214,18 @@ def added(
         elif joint.get("stiffness") and not joint.get("held") and joint.get("target") is None:
             start = f"{joint.get('start', 0.0):.4g}, for want of a target"
             rows.append(ReportRow(reports.HOLDS, joint["name"], start))
-    if self_collision and moving:
+    if new.self_collision and moving:
         limit.require("links that overlap were looked for")
         world = World(made)
         depths = _overlaps(world)
-        never = depths.keys() if overlapping else _always(world, depths, limit)
+        never = depths.keys() if new.overlapping else _always(world, depths, limit)
         for pair in never:
             new.disabled.append(pair)
             made.disable_collisions(*pair)
         for kind, pairs in ((reports.APART, never), (reports.TOUCHING, depths.keys() - never)):
             found = {pair: f"{1e3 * depths[pair]:.3g} mm" for pair in sorted(pairs)}
             rows += [ReportRow(kind, " and ".join(pair), depth) for pair, depth in found.items()]
-            if not overlapping:
+            if not new.overlapping:
                 _warn_of_overlaps(kind, found, prefix)
         if new.hulls:
             _warn_of_hulls(World(made), new.hulls, prefix, limit)

@@ -143,15 +143,14 @@ def from_mjcf(
     own_gravity = np.zeros(3) if mjcf_model.disabled(made, "GRAVITY") else made.opt.gravity
     gravity = np.array(own_gravity if scene is None else scene.gravity)
     builder = Builder(selection, contacts, roles, at, gravity, prefix, limit)
-    new = builder.additions(jointed, tied, self_collision=self_collision)
+    collide = {"self_collision": self_collision, "overlapping": overlapping}
+    new = builder.additions(jointed, tied, **collide)
     add_pads(new.bodies, pads, prefix)
     new.tendons.extend(tendon_drives(made, tendons, prefix))
     new.disabled.extend((prefix + a, prefix + b) for a, b in pairs)
     new.rows.extend(features.rows(prefix))
     into = Scene(gravity, friction_rule=FRICTION_RULE) if scene is None else scene
-    return additions.added(
-        into, new, prefix, limit, self_collision=self_collision, overlapping=overlapping
-    )
+    return additions.added(into, new, prefix, limit)
 
 
 def _count_options(model: Any, features: Features) -> None:

@@ -51,9 +51,10 @@ class Builder:
         self._rows: list[ReportRow] = []
 
     def additions(
-        self, drives: Mapping[int, dict[str, Any]], ties: list[Tie], *, self_collision: bool
+        self, drives: Mapping[int, dict[str, Any]], ties: list[Tie], **collide: bool
     ) -> Additions:
-        """All of it; `drives`: by joint, keywords of its drive, start and mimic."""
+        """All of it; `drives`: by joint, keywords of its drive, start and mimic; `collide`:
+        `self_collision` and `overlapping` of the result."""
         for body in self.selection.bodies:
             self.limit.require(f"body {self._name(body)!r} was made")
             if body in self.selection.static:
@@ -66,8 +67,8 @@ class Builder:
         bodies = sorted(self._bodies.values(), key=lambda keywords: bool(keywords["mass"] > 0))
         jointed = [{**of, **({} if joint is None else drives[joint])} for joint, of in joints]
         planes = list(self._planes.values())
-        new = Additions(bodies, jointed, planes=planes, rows=self._rows, loops=loops)
-        self._add_pairs(new, self_collision)
+        new = Additions(bodies, jointed, planes=planes, rows=self._rows, loops=loops, **collide)
+        self._add_pairs(new)
         return new
 
     def _loop(self, tie: Tie) -> dict[str, Any]:
@@ -260,14 +261,14 @@ class Builder:
 
     # Contacts
 
-    def _add_pairs(self, new: Additions, self_collision: bool) -> None:
+    def _add_pairs(self, new: Additions) -> None:
         """Bodies that never collide, and those whose friction is not the larger of the two."""
         jointed = {frozenset((j["parent"], j["child"])) for _, j in self._joints}
         for a, b in combinations(self.contacts.groups, 2):
             if self.selection.rigid(a.body, b.body):
                 continue
             names = (self.prefix + self._of_group[a], self.prefix + self._of_group[b])
-            friction = self.contacts.coefficients(a, b) if self_collision else None
+            friction = self.contacts.coefficients(a, b) if new.self_collision else None
             if frozenset(names) in jointed:
                 continue
             if friction is None:

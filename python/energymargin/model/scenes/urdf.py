@@ -136,22 +136,21 @@ def from_urdf(
     one_of("base", base, BASES)
     one_of("inertia", inertia, ("file", "shapes"))
     one_of("mimic_limits", mimic_limits, ("file", "leader"))
-    if density is not None:
-        positive_number("density", density)
+    of_shapes = 0.0 if density is None else positive_number("density", density)
     how = PartSettings(decompose, threshold, accuracy, max_points)
     ignored = additions.several("ignore", ignore)
     folders = additions.several("packages", packages)
     root = pose(position, orientation)
     mistakes = FileMistakes(str(path))
-    free, control = base != "fixed", joints or {}
-    dense = density is not None
-    robot = read(Path(path), ignored, limit, mistakes, free=free, dense=dense, subtree=subtree)
-    roles, frictions = roles or {}, frictions or {}
+    robot = read(Path(path), ignored, limit, mistakes, subtree)
+    robot.merge_frames(limit, mistakes, free=base != "fixed", dense=of_shapes > 0.0)
+    roles, frictions, control = roles or {}, frictions or {}, joints or {}
     overlapping, pairs = additions.pairs_of(disable_collisions, "links")
     paired = [name for pair in pairs for name in pair]
     _check_links(robot, mistakes, roles=roles, frictions=frictions, disable_collisions=paired)
-    jointed = joint_keywords(robot.joints, control, prefix, mistakes, mimic_limits=mimic_limits)
-    moving_inertials(robot, mistakes, free=free, inertia=inertia)
+    leader = mimic_limits == "leader"
+    jointed = joint_keywords(robot.joints, control, prefix, mistakes, leader=leader)
+    moving_inertials(robot, mistakes, inertia)
     with mistakes.listed():
         additions.check_names(scene, [{"name": prefix + name} for name in robot.links], jointed)
     files: dict[str, Path] = {}
@@ -161,13 +160,13 @@ def from_urdf(
     mistakes.check()
 
     def mesh_of(file: MeshFile) -> Compound:
-        return shape_of(files[file.filename], how, limit, scale=file.scale)
+        return shape_of(files[file.filename], how, limit, file.scale)
 
     loose = [name for name in robot.loose if name not in additions.driven_by(control)]
     additions.warn_of_loose(str(path), MIMIC, loose, str(path))
     report = progress or (lambda done, total: None)
-    bodies = _bodies(robot, mesh_of, limit, report, prefix=prefix, free=free, density=density)
-    for name, inertial in moving_inertials(robot, mistakes, free=free, inertia=inertia).items():
+    bodies = _bodies(robot, mesh_of, limit, report, of_shapes)
+    for name, inertial in moving_inertials(robot, mistakes, inertia).items():
         bodies[name]["inertial"] = inertial
     _warn_of_open(str(path), bodies, robot.opened)
     warn_of_links(Path(path), robot, bodies)
@@ -176,18 +175,17 @@ def from_urdf(
     for name, link in robot.links.items():
         default = link.contact.get("lateral_friction", friction)
         bodies[name] |= {"role": roles.get(name, role), "friction": frictions.get(name, default)}
-        bodies[name] |= surface_of(link)
+        bodies[name] |= {"name": prefix + name, **surface_of(link)}
     add_pads(bodies.values(), pads, prefix)
     if not self_collision:
         together = {frozenset((joint.parent, joint.child)) for joint in robot.joints.values()}
         pairs += [p for p in combinations(robot.links, 2) if frozenset(p) not in together]
     disabled = [(prefix + a, prefix + b) for a, b in pairs]
     hulls = [prefix + name for name in robot.hulls]
-    made_of, rows = list(bodies.values()), _rows(robot, prefix)
-    new = Additions(made_of, jointed, disabled, rows=rows, hulls=hulls)
-    made = additions.added(
-        scene, new, prefix, limit, self_collision=self_collision, overlapping=overlapping
-    )
+    collide = {"self_collision": self_collision, "overlapping": overlapping}
+    rows = _rows(robot, prefix)
+    new = Additions([*bodies.values()], jointed, disabled, rows=rows, hulls=hulls, **collide)
+    made = additions.added(scene, new, prefix, limit)
     _warn_of_left_out(str(path), robot, ignored)
     return made
 
@@ -245,14 +243,7 @@ def _check_links(robot: Robot, mistakes: FileMistakes, **named: Iterable[str]) -
 
 
 def _bodies(
-    robot: Robot,
-    mesh_of: MeshOf,
-    limit: Limit,
-    report: Update,
-    *,
-    prefix: str,
-    free: bool,
-    density: float | None,
+    robot: Robot, mesh_of: MeshOf, limit: Limit, report: Update, density: float
 ) -> dict[str, dict[str, Any]]:
     """By link, the keywords of `Scene.add_body` for its shape and mass; all masses are known."""
     shapes: dict[str, Any] = {}
@@ -262,10 +253,10 @@ def _bodies(
         shapes[name] = _shape(link, mesh_of, robot)
     report(len(shapes), len(shapes))
     dense = [name for name, link in robot.links.items() if link.dense]
-    robot.weigh({k: (density or 0.0) * mass_properties(shapes[k]).volume for k in dense})
-    fixed = () if free else (robot.root,)
+    robot.weigh({name: density * mass_properties(shapes[name]).volume for name in dense})
+    fixed = () if robot.free else (robot.root,)
     masses = {name: 0.0 if name in fixed else link.mass for name, link in robot.links.items()}
-    return {k: {"name": prefix + k, "shape": shapes[k], "mass": masses[k]} for k in shapes}
+    return {name: {"shape": shapes[name], "mass": masses[name]} for name in shapes}
 
 
 def _shape(link: Link, mesh_of: MeshOf, robot: Robot) -> Any:

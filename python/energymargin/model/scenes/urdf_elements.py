@@ -97,11 +97,7 @@ GRAMMAR = {
 
 
 def checked(
-    path: Path,
-    ignore: Collection[str],
-    limit: Limit,
-    mistakes: FileMistakes,
-    subtree: str | None = None,
+    path: Path, ignore: Collection[str], limit: Limit, mistakes: FileMistakes, subtree: str | None
 ) -> tuple[ET.Element, Counter[str], tuple[str, ...]]:
     """The root of a URDF file, without what is not simulated, which `mistakes` counts.
 
@@ -130,7 +126,7 @@ def checked(
     _walk(root, "robot", mistakes)
     mistakes.check(features=False)
     if mistakes.features:
-        _strip(root, "", mistakes.features, declared, Counter())
+        _strip(root, "", set(mistakes.features), declared, Counter())
     warn(_units(path, root), str(path))
     return root, left_out, loose if MIMIC in ignore else ()
 
@@ -149,11 +145,7 @@ def _require_places(ignore: Collection[str]) -> None:
 
 
 def _strip(
-    element: ET.Element,
-    parent: str,
-    names: Collection[str],
-    declared: Collection[str],
-    left_out: Counter[str],
+    element: ET.Element, parent: str, names: set[str], declared: set[str], left_out: Counter[str]
 ) -> None:
     """Takes out elements and attributes by their names, and those of namespaces that the file does
     not declare, which it counts; and what asks for nothing."""

@@ -40,9 +40,7 @@ Found = Iterator[tuple[str, str, str]]
 """A kind of contradiction, a link, and what is wrong with this link."""
 
 
-def moving_inertials(
-    robot: Robot, mistakes: FileMistakes, *, free: bool, inertia: str
-) -> dict[str, Inertial]:
+def moving_inertials(robot: Robot, mistakes: FileMistakes, inertia: str) -> dict[str, Inertial]:
     """By link that moves and has a mass, its inertia, unless the shapes have it (those of a
     density, and all with `inertia="shapes"`).
 
@@ -52,7 +50,7 @@ def moving_inertials(
     found, wrong = {}, []
     for name, link in robot.links.items():
         of_shapes = link.dense or (inertia == "shapes" and link.geometries)
-        if (name == robot.root and not free) or of_shapes or link.mass == 0.0:
+        if (name == robot.root and not robot.free) or of_shapes or link.mass == 0.0:
             continue
         try:
             found[name] = _inertial(link, link.inertia)

@@ -32,6 +32,8 @@ class Robot:
     root: str
     links: dict[str, Link]
     joints: dict[str, Joint]
+    free: bool = False
+    """Whether its root can move."""
     base: Pose = field(default_factory=lambda: np.eye(4))
     """The root link, in the frame of the file's root link."""
     merged: dict[str, tuple[str, Pose]] = field(default_factory=dict)
@@ -54,12 +56,19 @@ class Robot:
         shapes = [shape for link in self.links.values() for shape, _ in link.geometries]
         return {shape.filename: None for shape in shapes if isinstance(shape, MeshFile)}
 
-    def merge_frames(self, limit: Limit, mistakes: FileMistakes, *, free: bool) -> None:
+    def merge_frames(
+        self, limit: Limit, mistakes: FileMistakes, *, free: bool, dense: bool
+    ) -> None:
         """Merges links without mass into those that carry them.
 
         A `free` robot whose root has no mass has its base in the link that is fixed to the root, if
-        there is one. Raises TimeoutError or Cancelled at the limit.
+        there is one. `dense`: links without a mass have that of their shapes, where they have any.
+        Raises TimeoutError or Cancelled at the limit.
         """
+        self.free, links = free, self.links.items()
+        of_shapes = {name: link for name, link in links if not link.mass and link.geometries}
+        if dense:
+            self.links |= {name: replace(link, dense=True) for name, link in of_shapes.items()}
         below: dict[str, list[Joint]] = {name: [] for name in self.links}
         for joint in self.joints.values():
             below[joint.parent].append(joint)
@@ -142,37 +151,24 @@ class Robot:
 
 
 def read(
-    path: Path,
-    ignore: Collection[str],
-    limit: Limit,
-    mistakes: FileMistakes,
-    *,
-    free: bool,
-    dense: bool,
-    subtree: str | None = None,
+    path: Path, ignore: Collection[str], limit: Limit, mistakes: FileMistakes, subtree: str | None
 ) -> Robot:
-    """The model of a file, or of one link and what hangs on it, without its frames.
+    """The model of a file, or of one link and what hangs on it, with its frames.
 
-    Frames are merged into the links that carry them. `dense`: links without a mass have that of
-    their shapes, where they have any. What is wrong with links and joints that does
-    not keep the model from being made is in `mistakes`; so is what is not simulated.
+    What is wrong with links and joints that does not keep the model from being made is in
+    `mistakes`; so is what is not simulated.
 
     Raises FileNotFoundError, ValueError that names all that is wrong, or what is not simulated, and
     TimeoutError or Cancelled at the limit.
     """
     element, left_out, loose = checked(path, ignore, limit, mistakes, subtree)
     links = _by_name("link", link_of, element.findall("link"), mistakes)
-    if dense:
-        of_shapes = {k: link for k, link in links.items() if not link.mass and link.geometries}
-        links |= {name: replace(link, dense=True) for name, link in of_shapes.items()}
     joints = _by_name("joint", joint_of, element.findall("joint"), mistakes)
     limit.require(f"{path} was read")
     mistakes.check(features=False)
     root, followed = _root(links, joints, mistakes), _followed(joints, limit, mistakes)
     mistakes.check(features=False)
-    robot = Robot(root, links, followed, loose=loose, left_out=left_out)
-    robot.merge_frames(limit, mistakes, free=free)
-    return robot
+    return Robot(root, links, followed, loose=loose, left_out=left_out)
 
 
 def _by_name(

@@ -177,16 +177,12 @@ def _pose(origin: ET.Element | None) -> Pose:
 
 
 def joint_keywords(
-    joints: Mapping[str, Joint],
-    control: Control,
-    prefix: str,
-    mistakes: FileMistakes,
-    *,
-    mimic_limits: str,
+    joints: dict[str, Joint], control: Control, prefix: str, mistakes: FileMistakes, *, leader: bool
 ) -> list[dict[str, Any]]:
     """Keywords of `Scene.add_joint`, in an order in which joints may be added.
 
-    `control` of a joint replaces what the file has. Lists unknown joints and keywords, and limits
+    `control` of a joint replaces what the file has. `leader`: limits of joints that lead hold, for
+    those that follow too. Lists unknown joints and keywords, and limits
     that contradict each other.
     """
     with mistakes.listed():
@@ -208,11 +204,11 @@ def joint_keywords(
                 keywords[name] = {**_joint_frames(joint, prefix), **drive, **own}
     for joint in joints.values():
         if joint.mimic and joint.mimic.joint in keywords:
-            leader, mimic, own = joint.mimic.joint, joint.mimic, control.get(joint.name, {})
+            mimic, own = joint.mimic, control.get(joint.name, {})
             with mistakes.listed():
-                if mimic_limits == "file" or "limits" in own:
-                    _check_reach(joint, mimic, own, keywords[leader]["limits"])
-                prefixed = Mimic(prefix + leader, mimic.multiplier, mimic.offset)
+                if not leader or "limits" in own:
+                    _check_reach(joint, mimic, own, keywords[mimic.joint]["limits"])
+                prefixed = Mimic(prefix + mimic.joint, mimic.multiplier, mimic.offset)
                 keywords[joint.name] = {**_joint_frames(joint, prefix), "mimic": prefixed}
     return list(keywords.values())
 
