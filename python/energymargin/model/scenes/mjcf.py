@@ -124,15 +124,15 @@ def from_mjcf(
     mistakes = FileMistakes(str(model) if isinstance(model, Path) else "the model")
     with mistakes.listed():
         roles = _roles(selection, {"object": object, "effector": effector})
-    coupled = couplings(selection, features)
+    coupled = couplings(selection)
     every = {name_of(made, "joint", joint): joint for joint in selection.all_joints()}
     settable = {name: () if j in coupled else additions.CONTROL for name, j in every.items()}
     control = joints or {}
     with mistakes.listed():
         additions.check_control(control, settable)
-    driven, tendons = drives(selection, coupled, control, features, mimic_limits=mimic_limits)
-    tied = ties(selection, features)
-    contacts = Contacts(selection, features)
+    driven, tendons = drives(selection, coupled, control, leader=mimic_limits == "leader")
+    tied = ties(selection)
+    contacts = Contacts(selection)
     mistakes.features = features.found
     jointed = joint_drives(selection, coupled, driven, control, prefix=prefix, mistakes=mistakes)
     mistakes.check()

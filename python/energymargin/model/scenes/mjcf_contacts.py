@@ -39,15 +39,15 @@ class Group:
 class Contacts:
     """What MuJoCo's rules say of the geoms of a selection that can collide at all."""
 
-    def __init__(self, selection: Selection, features: Features) -> None:
+    def __init__(self, selection: Selection) -> None:
         """Counts geoms and contacts that are not simulated."""
         self._selection, self._model = selection, selection.model
-        most = 3 if "geom.condim" in features.ignored else DIMENSIONS[-1]
+        most = 3 if "geom.condim" in selection.features.ignored else DIMENSIONS[-1]
         self._dimensions = np.minimum(self._model.geom_condim, most)
         self._pair_dimensions = np.minimum(self._model.pair_dim, most)
         chosen = {body: selection.carrier[body] for body in selection.bodies}
         self.geoms = [g for g in self._colliding() if int(self._model.geom_bodyid[g]) in chosen]
-        self._count(features)
+        self._count(selection.features)
         self.geoms = [g for g in self.geoms if self._kind(g) not in ("hfield", "sdf")]
         self._index = {geom: i for i, geom in enumerate(self.geoms)}
         self._coefficients = self._table()

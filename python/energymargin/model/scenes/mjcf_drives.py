@@ -18,21 +18,16 @@ FILTERS = ("filter", "filterexact")  # activations that follow the control
 
 
 def drives(
-    selection: Selection,
-    coupled: Mapping[int, Linear],
-    commanded: Collection[str],
-    features: Features,
-    *,
-    mimic_limits: str = "file",
+    selection: Selection, coupled: Mapping[int, Linear], commanded: Collection[str], *, leader: bool
 ) -> tuple[dict[int, JointDrive], list[TendonDrive]]:
     """By joint that follows no other; what acts on joints that follow acts there. And of tendons.
 
-    `commanded`: joints whose drives the caller gives, by name. `mimic_limits`: "leader" leaves out
-    the limits of joints that follow. Counts what is not simulated.
+    `commanded`: joints whose drives the caller gives, by name. `leader`: leaves out the limits of
+    joints that follow. Counts what is not simulated.
     """
-    maker, model = _Drives(selection, coupled, features), selection.model
+    maker, model = _Drives(selection, coupled), selection.model
     for joint in selection.all_joints():
-        maker.add_joint(joint, stops=mimic_limits == "file" or joint not in coupled)
+        maker.add_joint(joint, stops=not leader or joint not in coupled)
     for tendon in range(model.ntendon):
         maker.add_tendon(tendon)
     if not disabled(model, "ACTUATION"):
@@ -68,9 +63,9 @@ class Actuator:
 
 def actuators(model: Any) -> dict[str, Actuator]:
     """The actuators of a `mujoco.MjModel`, by the joint or tendon that each drives alone."""
-    features = Features(())
-    selection = Selection(model, None, "fixed", mjcf_model.start_of(model, None, None), features)
-    of_joints, tendons = drives(selection, couplings(selection, features), (), features)
+    start = mjcf_model.start_of(model, None, None)
+    selection = Selection(model, None, "fixed", start, Features(()))
+    of_joints, tendons = drives(selection, couplings(selection), (), leader=False)
     driven = {tendon.name: tendon.drive for tendon in tendons}
     driven |= {name_of(model, "joint", number): drive for number, drive in of_joints.items()}
     clamps, found = not disabled(model, "CLAMPCTRL"), {}
@@ -90,10 +85,9 @@ def actuators(model: Any) -> dict[str, Actuator]:
 
 
 class _Drives:
-    def __init__(
-        self, selection: Selection, coupled: Mapping[int, Linear], features: Features
-    ) -> None:
-        self._model, self._start, self._features = selection.model, selection.start, features
+    def __init__(self, selection: Selection, coupled: Mapping[int, Linear]) -> None:
+        self._model, self._start = selection.model, selection.start
+        self._features = selection.features
         self._own = selection.all_joints()
         self._free = selection.free - ({selection.root} if selection.root is not None else set())
         self._coupled = coupled

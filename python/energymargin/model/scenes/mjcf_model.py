@@ -235,8 +235,7 @@ class Selection:
         effectors: Collection[str] = (),
     ) -> None:
         """Raises ValueError on an unknown `subtree`, and on a base that moves without one."""
-        self.model = model
-        self.start = start
+        self.model, self.start, self.features = model, start, features
         self.root = None if subtree is None else body_id(model, "subtree", subtree)
         if self.root is None and base != "fixed":
             raise ValueError(f"base is {base!r}, expected 'fixed', or subtree=... that names it")
@@ -260,11 +259,11 @@ class Selection:
         self.carrier: dict[int, int] = {}
         self.offset: dict[int, Pose] = {}
         for body in self.bodies:
-            self._add(body, base, features)
+            self._add(body, base)
             self._carry(body)
 
-    def _add(self, body: int, base: str, features: Features) -> None:
-        model = self.model
+    def _add(self, body: int, base: str) -> None:
+        model, features = self.model, self.features
         first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
         kinds = {j: word("mjtJoint", model.jnt_type[j]) for j in range(first, first + count)}
         parent = int(model.body_parentid[body])
