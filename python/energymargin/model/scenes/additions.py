@@ -65,9 +65,9 @@ class NotSimulatedError(EnergyMarginError, ValueError):
 class FileMistakes:
     """What is wrong in a file, and what of it is not simulated, to be told all at once."""
 
-    def __init__(self, source: str) -> None:
-        """`source`: the file, for errors."""
-        self.source, self.features = source, Counter[str]()
+    def __init__(self, source: str, limit: Limit) -> None:
+        """`source`: the file, for errors; `limit`: of its reading."""
+        self.source, self.limit, self.features = source, limit, Counter[str]()
         self._errors: list[Exception] = []
 
     def add(self, text: str) -> None:

@@ -121,7 +121,7 @@ def from_mjcf(
     effectors = (effector,) if isinstance(effector, str) else tuple(effector)
     selection = Selection(made, subtree, base, start, features, effectors=effectors)
     at = _base_pose(selection, position, orientation)
-    mistakes = FileMistakes(str(model) if isinstance(model, Path) else "the model")
+    mistakes = FileMistakes(str(model) if isinstance(model, Path) else "the model", limit)
     with mistakes.listed():
         roles = _roles(selection, {"object": object, "effector": effector})
     coupled = couplings(selection)

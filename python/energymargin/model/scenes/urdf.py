@@ -141,9 +141,9 @@ def from_urdf(
     ignored = additions.several("ignore", ignore)
     folders = additions.several("packages", packages)
     root = pose(position, orientation)
-    mistakes = FileMistakes(str(path))
-    robot = read(Path(path), ignored, limit, mistakes, subtree)
-    robot.merge_frames(limit, mistakes, free=base != "fixed", dense=of_shapes > 0.0)
+    mistakes = FileMistakes(str(path), limit)
+    robot = read(Path(path), ignored, mistakes, subtree)
+    robot.merge_frames(mistakes, free=base != "fixed", dense=of_shapes > 0.0)
     roles, frictions, control = roles or {}, frictions or {}, joints or {}
     overlapping, pairs = additions.pairs_of(disable_collisions, "links")
     paired = [name for pair in pairs for name in pair]

@@ -97,7 +97,7 @@ GRAMMAR = {
 
 
 def checked(
-    path: Path, ignore: Collection[str], limit: Limit, mistakes: FileMistakes, subtree: str | None
+    path: Path, ignore: Collection[str], mistakes: FileMistakes, subtree: str | None
 ) -> tuple[ET.Element, Counter[str], tuple[str, ...]]:
     """The root of a URDF file, without what is not simulated, which `mistakes` counts.
 
@@ -113,7 +113,7 @@ def checked(
     """
     _require_places(ignore)
     require_robot(path)
-    root, declared = parsed(path, limit)
+    root, declared = parsed(path, mistakes.limit)
     if root.tag != "robot":
         way = OTHER_ROOTS.get(root.tag, "")
         raise ValueError(f"{path} is no URDF file: its root is <{root.tag}>, expected <robot>{way}")

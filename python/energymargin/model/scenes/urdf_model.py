@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from energymargin._core import Mimic
-from energymargin.base.limits import Limit
 from energymargin.model.scenes.additions import GYRATION, NEGLIGIBLE, FileMistakes
 from energymargin.model.scenes.poses import Pose
 from energymargin.model.scenes.urdf_elements import MIMIC, checked, reached
@@ -56,9 +55,7 @@ class Robot:
         shapes = [shape for link in self.links.values() for shape, _ in link.geometries]
         return {shape.filename: None for shape in shapes if isinstance(shape, MeshFile)}
 
-    def merge_frames(
-        self, limit: Limit, mistakes: FileMistakes, *, free: bool, dense: bool
-    ) -> None:
+    def merge_frames(self, mistakes: FileMistakes, *, free: bool, dense: bool) -> None:
         """Merges links without mass into those that carry them.
 
         A `free` robot whose root has no mass has its base in the link that is fixed to the root, if
@@ -80,7 +77,7 @@ class Robot:
             above = new.pop()
             carrier, at = places[above]
             for joint in below[above]:
-                limit.require(f"link {joint.child!r} was placed")
+                mistakes.limit.require(f"link {joint.child!r} was placed")
                 if joint.child in places:
                     continue
                 origin = joint.origin if carrier == above else at @ joint.origin
@@ -150,9 +147,7 @@ class Robot:
         self.stated[name] = f"{mass:.3g} kg"
 
 
-def read(
-    path: Path, ignore: Collection[str], limit: Limit, mistakes: FileMistakes, subtree: str | None
-) -> Robot:
+def read(path: Path, ignore: Collection[str], mistakes: FileMistakes, subtree: str | None) -> Robot:
     """The model of a file, or of one link and what hangs on it, with its frames.
 
     What is wrong with links and joints that does not keep the model from being made is in
@@ -161,12 +156,12 @@ def read(
     Raises FileNotFoundError, ValueError that names all that is wrong, or what is not simulated, and
     TimeoutError or Cancelled at the limit.
     """
-    element, left_out, loose = checked(path, ignore, limit, mistakes, subtree)
+    element, left_out, loose = checked(path, ignore, mistakes, subtree)
     links = _by_name("link", link_of, element.findall("link"), mistakes)
     joints = _by_name("joint", joint_of, element.findall("joint"), mistakes)
-    limit.require(f"{path} was read")
+    mistakes.limit.require(f"{path} was read")
     mistakes.check(features=False)
-    root, followed = _root(links, joints, mistakes), _followed(joints, limit, mistakes)
+    root, followed = _root(links, joints, mistakes), _followed(joints, mistakes)
     mistakes.check(features=False)
     return Robot(root, links, followed, loose=loose, left_out=left_out)
 
@@ -207,11 +202,11 @@ def _root(links: dict[str, Link], joints: dict[str, Joint], mistakes: FileMistak
     return roots[0]
 
 
-def _followed(joints: dict[str, Joint], limit: Limit, mistakes: FileMistakes) -> dict[str, Joint]:
+def _followed(joints: dict[str, Joint], mistakes: FileMistakes) -> dict[str, Joint]:
     """The joints, each mimic joint with the moving joint at the end of its chain."""
     followed = dict(joints)
     for name, joint in joints.items():
-        limit.require(f"joint {name!r} was read")
+        mistakes.limit.require(f"joint {name!r} was read")
         if joint.mimic:
             with mistakes.listed():
                 followed[name] = replace(joint, mimic=_source(joint, joints))
