@@ -158,15 +158,12 @@ class States:
         data.qpos[at : at + np.size(position)] = position
         data.qvel[of : of + np.size(velocity)] = velocity
 
-    def _require(
-        self, data: Any, name: str, number: int, wanted: dict[str, Any], hint: str
-    ) -> None:
-        off = float(np.linalg.norm(data.xpos[number] - wanted["position"]))
-        turn = (_matrix(data, number).inv() * Rotation.from_quat(wanted["orientation"])).magnitude()
+    def _require(self, data: Any, name: str, body: int, wanted: dict[str, Any], hint: str) -> None:
+        off = float(np.linalg.norm(data.xpos[body] - wanted["position"]))
+        turn = (_matrix(data, body).inv() * Rotation.from_quat(wanted["orientation"])).magnitude()
         if max(off, turn) > PLACED:
-            raise ValueError(
-                f"body {name!r} is {off:.3g} m and {turn:.3g} rad from there in the model, {hint}"
-            )
+            away = f"{off:.3g} m and {turn:.3g} rad from there in the model"
+            raise ValueError(f"body {name!r} is {away}, {hint}")
 
 
 def _held_at(data: Any, joint: em.Joint, parent: int, child: int) -> float:
