@@ -156,6 +156,8 @@ class Engine(em.engines.Engine):
         user = memory[:, columns.user]
         rows, over = iter(np.flatnonzero(~np.isnan(start[:, 0])).tolist()), Event()
 
+        how = {"control_spec": USER, "skip_checks": True, "nstep": steps}
+
         def work() -> None:
             try:
                 data, rollout = self._idle.pop()
@@ -166,18 +168,9 @@ class Engine(em.engines.Engine):
                 if over.is_set():
                     break
                 own = slice(row, row + 1)
-                rollout.rollout(
-                    [self.model],
-                    [data],
-                    start[own],
-                    self._control(batch, row, user[row], some)[None],
-                    control_spec=USER,
-                    skip_checks=True,
-                    nstep=steps,
-                    initial_warmstart=warm[own],
-                    state=paths[own],
-                    sensordata=sensors,
-                )
+                control = self._control(batch, row, user[row], some)[None]
+                out = {"initial_warmstart": warm[own], "state": paths[own], "sensordata": sensors}
+                rollout.rollout([self.model], [data], start[own], control, **how, **out)
                 warm[row] = data.qacc_warmstart
             self._idle.append((data, rollout))
 

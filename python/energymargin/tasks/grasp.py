@@ -170,8 +170,5 @@ def _control(params: Params) -> dict[str, dict[str, Any]]:
 
 def _clenched(params: Params) -> dict[str, float]:
     """Where the control of each bending joint aims [rad]."""
-    return {
-        _joint(finger, number): params["clench"] * target
-        for finger in FINGERS
-        for number, target in enumerate(CLENCHED, 1)
-    }
+    angles = list(enumerate(CLENCHED, 1))
+    return {_joint(f, k): params["clench"] * angle for f in FINGERS for k, angle in angles}

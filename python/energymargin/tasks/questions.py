@@ -69,18 +69,10 @@ class QuestionTask(ScriptedTask):
         last = self._last
         if last is None or last[0] != known:  # one scene for all frames of a trajectory
             last = self._last = (known, self.asked_scene(known))
-        return Problem(
-            last[1],
-            state,
-            captured=self.captured(state, known),
-            succeeded=self.succeeded(known),
-            effector=self.effector,
-            contacts=contacts,
-            start_outside=True,
-            duration=self.longest_edge,
-            rate=self.rate,
-            **self.question(state, known),
-        )
+        edges = {"effector": self.effector, "duration": self.longest_edge, "rate": self.rate}
+        sets = {"captured": self.captured(state, known), "succeeded": self.succeeded(known)}
+        asked = {**edges, **sets, **self.question(state, known)}
+        return Problem(last[1], state, contacts=contacts, start_outside=True, **asked)
 
     def captured(self, state: Vector, params: Params = NONE_DRAWN) -> Regions:
         """Z_cap(z) of a state, shape (n,); by default that of every instant."""

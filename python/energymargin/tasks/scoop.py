@@ -185,8 +185,6 @@ def _ramp() -> Part:
     length = np.hypot(FLOOR - EDGE, RAMP)
     up = np.array([np.sin(slope), 0.0, np.cos(slope)])
     middle = np.array([LENGTH + RAMP / 2, 0.0, (FLOOR + EDGE) / 2])  # of its upper side
-    return Part(
-        Box((length, WIDTH, RAMP_PLATE)),
-        position=middle - RAMP_PLATE / 2 * up,
-        orientation=(0.0, np.sin(slope / 2), 0.0, np.cos(slope / 2)),
-    )
+    turn = (0.0, np.sin(slope / 2), 0.0, np.cos(slope / 2))
+    plate = Box((length, WIDTH, RAMP_PLATE))
+    return Part(plate, position=middle - RAMP_PLATE / 2 * up, orientation=turn)

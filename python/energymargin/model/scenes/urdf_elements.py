@@ -67,6 +67,7 @@ class _Element:
         return (*self.one, *self.maybe, *self.many)
 
 
+JOINTED = ("origin", "axis", "limit", "dynamics", "mimic")
 GRAMMAR = {
     "robot": _Element(("name",), ("version",), many=("link", "joint")),
     "link": _Element(("name",), maybe=("inertial", "contact"), many=("collision",)),
@@ -82,11 +83,7 @@ GRAMMAR = {
     "mesh": _Element(("filename",), ("scale",)),
     "contact": _Element(maybe=CONTACT),
     **dict.fromkeys(CONTACT, _Element(("value",))),
-    "joint": _Element(
-        ("name", "type"),
-        one=("parent", "child"),
-        maybe=("origin", "axis", "limit", "dynamics", "mimic"),
-    ),
+    "joint": _Element(("name", "type"), one=("parent", "child"), maybe=JOINTED),
     "parent": _Element(("link",)),
     "child": _Element(("link",)),
     "axis": _Element(("xyz",)),
