@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -109,19 +110,13 @@ _NAMES = {"": "observation.state", "agent_pos": "observation.state"}
 """Of parts of an observation, as LeRobot calls them."""
 
 
-@dataclass(frozen=True)
-class Bounded:
-    """Actions clipped to the bounds of their space, and then what they command."""
+Convert = Callable[[Numbers], ArrayLike]
 
-    low: Any
-    high: Any
-    convert: Callable[[Numbers], ArrayLike] | None
 
-    def __call__(self, actions: Numbers) -> ArrayLike:
-        """Commands, a row an action."""
-        free = self.low is None
-        clipped = actions if free else np.clip(actions, np.ravel(self.low), np.ravel(self.high))
-        return clipped if self.convert is None else self.convert(clipped)
+def bounded(low: Any, high: Any, convert: Convert | None, actions: Numbers) -> ArrayLike:
+    """Actions clipped to the bounds of their space, and then what they command, a row an action."""
+    clipped = actions if low is None else np.clip(actions, np.ravel(low), np.ravel(high))
+    return clipped if convert is None else convert(clipped)
 
 
 def arguments_of(env: Any, model: Any, given: dict[str, Any]) -> dict[str, Any]:
@@ -159,8 +154,8 @@ def arguments_of(env: Any, model: Any, given: dict[str, Any]) -> dict[str, Any]:
     if hasattr(model, "predict_action_chunk"):
         act = Chunks(agent, int(model.config.n_action_steps))
         known["memory"] = act.memory
-    return {**known, "period": period, "act": act,
-            "convert": Bounded(low, high, known.get("convert"))}  # fmt: skip
+    convert = partial(bounded, low, high, known.get("convert"))
+    return {**known, "period": period, "act": act, "convert": convert}
 
 
 def _require_no_change(env: Any, inner: Any) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from functools import partial
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any
 
@@ -120,7 +120,8 @@ class Gymnasium(Serial):
         """
         if self._observe is None:
             raise ValueError("the environment has no _get_obs, expected an engine with observe=")
-        given: dict[str, Any] = {"observe": Last(self.observed), "command": list(self.commands)}
+        observe = partial(last, self.observed)
+        given: dict[str, Any] = {"observe": observe, "command": list(self.commands)}
         if not self.env.action_space.shape:
             given["convert"] = _columns
         return Policy.from_gymnasium(self.env, model, **{"period": self.step, **given, **options})
@@ -205,15 +206,10 @@ class Gymnasium(Serial):
         return np.zeros(0) if self._observe is None else _flat(self.env, self._observe(self.env))
 
 
-@dataclass(frozen=True)
-class Last:
-    """What an engine observed at states (n, s) with its memory behind them: the last numbers."""
-
-    count: int
-
-    def __call__(self, states: Numbers) -> Numbers:
-        """Shape (n, count)."""
-        return states[:, -self.count :]
+def last(count: int, states: Numbers) -> Numbers:
+    """What an engine observed at states (n, s) with its memory behind them: the last numbers, shape
+    (n, count)."""
+    return states[:, -count:]
 
 
 def _unpickled(
