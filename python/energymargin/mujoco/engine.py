@@ -114,7 +114,7 @@ class Engine(em.engines.Engine):
     def varied(self, changes: Mapping[str, float]) -> Engine:
         """As the base class says, from the same state and controls."""
         options = {"scene": self.scene, "threads": self.threads, "name": self.name}
-        return _engine_at(varied_model(self.model, changes), self.home, options)
+        return _engine_at(varied_model(self.model, changes), self.home, options, None)
 
     def read(self, memory: Numbers) -> Numbers:
         """States of the scene, shape (n, d), of memory (n, h)."""
@@ -215,9 +215,7 @@ class Engine(em.engines.Engine):
         return _engine_at, (self.model, self.home, options, text)
 
 
-def _engine_at(
-    model: Any, home: Numbers, options: dict[str, Any], scene: str | None = None
-) -> Engine:
+def _engine_at(model: Any, home: Numbers, options: dict[str, Any], scene: str | None) -> Engine:
     """The engine of a model where MuJoCo's state is one."""
     if scene is not None:
         options = {"scene": Engine._scene_of_text(scene), **options}
