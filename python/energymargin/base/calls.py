@@ -81,6 +81,6 @@ def signature_of(doc: str) -> inspect.Signature | None:
         return None
     for one in (*own.args, *own.kwonlyargs):
         one.annotation = None
-    own.defaults = [ast.Constant(None)] * len(own.defaults)
+    own.defaults = [ast.Constant(None) for _ in own.defaults]
     own.kw_defaults = [one and ast.Constant(None) for one in own.kw_defaults]
     return inspect.signature(eval(f"lambda {ast.unparse(own)}: None"))

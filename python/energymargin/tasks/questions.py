@@ -71,7 +71,7 @@ class QuestionTask(ScriptedTask):
             last = self._last = (known, self.asked_scene(known))
         edges = {"effector": self.effector, "duration": self.longest_edge, "rate": self.rate}
         sets = {"captured": self.captured(state, known), "succeeded": self.succeeded(known)}
-        asked = {**edges, **sets, **self.question(state, known)}
+        asked: dict[str, Any] = {**edges, **sets, **self.question(state, known)}
         return Problem(last[1], state, contacts=contacts, start_outside=True, **asked)
 
     def captured(self, state: Vector, params: Params = NONE_DRAWN) -> Regions:

@@ -51,7 +51,7 @@ class Builder:
         self._rows: list[ReportRow] = []
 
     def additions(
-        self, drives: Mapping[int, dict[str, Any]], ties: list[Tie], **collide: bool
+        self, drives: Mapping[int, dict[str, Any]], ties: list[Tie], **collide: Any
     ) -> Additions:
         """All of it; `drives`: by joint, keywords of its drive, start and mimic; `collide`:
         `self_collision` and `overlapping` of the result."""

@@ -182,7 +182,7 @@ def from_urdf(
         pairs += [p for p in combinations(robot.links, 2) if frozenset(p) not in together]
     disabled = [(prefix + a, prefix + b) for a, b in pairs]
     hulls = [prefix + name for name in robot.hulls]
-    collide = {"self_collision": self_collision, "overlapping": overlapping}
+    collide: dict[str, Any] = {"self_collision": self_collision, "overlapping": overlapping}
     rows = _rows(robot, prefix)
     new = Additions([*bodies.values()], jointed, disabled, rows=rows, hulls=hulls, **collide)
     made = additions.added(scene, new, prefix, limit)
