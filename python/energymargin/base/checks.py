@@ -8,7 +8,7 @@ from __future__ import annotations
 import inspect
 import math
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -149,6 +149,11 @@ def one_of(name: str, value: str, choices: Sequence[str]) -> str:
     if value in choices:
         return value
     raise ValueError(f"{name} is {value!r}, expected {' or '.join(map(repr, choices))}")
+
+
+def each_name(given: str | Iterable[str]) -> tuple[str, ...]:
+    """Names, or the one that is given alone."""
+    return (given,) if isinstance(given, str) else tuple(given)
 
 
 def names_of(name: str, value: Sequence[str]) -> Sequence[str]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from energymargin._core import Box, Scene
-from energymargin.base.checks import Numbers, positive_number, shown
+from energymargin.base.checks import Numbers, each_name, positive_number, shown
 from energymargin.model.engines import Engine
 from energymargin.model.policies import Policy
 from energymargin.model.serial_engines import MOST, Serial
@@ -88,7 +88,7 @@ class Gymnasium(Serial):
             self.scene: Scene = made.with_engine("native")
             """The scene that sets, pictures and searches know, without an engine."""
         else:
-            given = {"objects": _names(objects), "effector": _names(effector), "scene": scene}
+            given = {"objects": each_name(objects), "effector": each_name(effector), "scene": scene}
             self._inside = _inside(env, step=self.step, **given)
             self.scene, self.substeps = self._inside.scene, self._inside.substeps
         self.commands = _commands(env.action_space)
@@ -248,10 +248,6 @@ def _inside(env: Any, **given: Any) -> Inside:
 
 def _columns(actions: Any) -> Numbers:
     return np.asarray(actions, dtype=float).reshape(len(actions), 1)
-
-
-def _names(bodies: Bodies) -> tuple[str, ...]:
-    return (bodies,) if isinstance(bodies, str) else tuple(bodies)
 
 
 def _functions(bodies: Bodies) -> dict[str, Read]:

@@ -14,7 +14,7 @@ import numpy as np
 from mujoco import rollout as mujoco_rollout
 
 import energymargin as em
-from energymargin.base.checks import Numbers, check_type, core_count
+from energymargin.base.checks import Numbers, check_type, core_count, each_name
 from energymargin.mujoco.models import scene_of, values_of, varied_model
 from energymargin.mujoco.reading import INTEGRATION, Columns, Reader
 from energymargin.mujoco.states import States, require_data
@@ -74,7 +74,10 @@ class Engine(em.engines.Engine):
         self.name, self.step = name, float(self.model.opt.timestep)
         self.threads = core_count("threads", threads)
         """Threads that step it."""
-        self._roles: dict[str, Any] = {"objects": _names(objects), "effector": _names(effector)}
+        self._roles: dict[str, Any] = {
+            "objects": each_name(objects),
+            "effector": each_name(effector),
+        }
         own = None if scene is None else scene.with_engine("native")
         self.scene: em.Scene = own or scene_of(model, self.data, step=self.step, **self._roles)
         """The scene that sets, pictures and searches know, without an engine."""
@@ -155,7 +158,6 @@ class Engine(em.engines.Engine):
         start, warm = memory[:, columns.physics], memory[:, columns.warmstart]
         user = memory[:, columns.user]
         rows, over = iter(np.flatnonzero(~np.isnan(start[:, 0])).tolist()), Event()
-
         how = {"control_spec": USER, "skip_checks": True, "nstep": steps}
 
         def work() -> None:
@@ -270,7 +272,3 @@ def _together(pool: ThreadPoolExecutor, work: Callable[[], None], count: int, ov
         wait(pending)
     for done in pending:
         done.result()
-
-
-def _names(given: Sequence[str] | str) -> tuple[str, ...]:
-    return (given,) if isinstance(given, str) else tuple(given)

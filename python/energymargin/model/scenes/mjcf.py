@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from energymargin._core import Cancel, Scene
-from energymargin.base.checks import one_of
+from energymargin.base.checks import each_name, one_of
 from energymargin.base.limits import Limit
 from energymargin.model.pads import Pad, add_pads
 from energymargin.model.scenes import additions, mjcf_model
@@ -118,8 +118,7 @@ def from_mjcf(
     limit.require("the model was compiled")
     start = mjcf_model.start_of(made, data, keyframe)
     _count_options(made, features)
-    effectors = (effector,) if isinstance(effector, str) else tuple(effector)
-    selection = Selection(made, subtree, base, start, features, effectors=effectors)
+    selection = Selection(made, subtree, base, start, features, effectors=each_name(effector))
     at = _base_pose(selection, position, orientation)
     mistakes = FileMistakes(str(model) if isinstance(model, Path) else "the model", limit)
     with mistakes.listed():
@@ -181,7 +180,7 @@ def _roles(selection: Selection, given: Mapping[str, Names]) -> dict[int, str]:
     found: dict[str, list[int]] = {}
     for role, names in given.items():
         found[role] = []
-        for name in (names,) if isinstance(names, str) else names:
+        for name in each_name(names):
             body = mjcf_model.body_id(selection.model, role, name)
             if selection.carrier.get(body) != body:
                 raise ValueError(f"{role} is {name!r}, which is no body of the scene")
