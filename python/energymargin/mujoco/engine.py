@@ -74,10 +74,8 @@ class Engine(em.engines.Engine):
         self.name, self.step = name, float(self.model.opt.timestep)
         self.threads = core_count("threads", threads)
         """Threads that step it."""
-        self._roles: dict[str, Any] = {
-            "objects": each_name(objects),
-            "effector": each_name(effector),
-        }
+        roles = {"objects": objects, "effector": effector}
+        self._roles: dict[str, Any] = {role: each_name(given) for role, given in roles.items()}
         own = None if scene is None else scene.with_engine("native")
         self.scene: em.Scene = own or scene_of(model, self.data, step=self.step, **self._roles)
         """The scene that sets, pictures and searches know, without an engine."""
