@@ -79,7 +79,7 @@ def signature_of(doc: str) -> inspect.Signature | None:
     own = function.args
     if own.vararg or own.kwarg:  # the function itself knows what it takes
         return None
-    for one in (*own.args, *own.kwonlyargs):
+    for one in (*own.posonlyargs, *own.args, *own.kwonlyargs):
         one.annotation = None
     own.defaults = [ast.Constant(None) for _ in own.defaults]
     own.kw_defaults = [one and ast.Constant(None) for one in own.kw_defaults]
