@@ -123,9 +123,10 @@ def scene(holding: float = 0.0) -> Scene:
     """Floor, square and support, with a force of `holding` [N] along y on the support."""
     made = Scene(gravity=GRAVITY, step=STEP)
     made.add_body("floor", Box(FLOOR_SIZE), mass=0, position=FLOOR_POSITION, friction=FRICTION)
-    add = partial(made.add_body, friction=FRICTION, **PLANAR)
-    add("object", Box(OBJECT_SIZE), mass=OBJECT_MASS, position=(*OBJECT_START, 0.0), role="object")
-    support, held = Box(SUPPORT_SIZE), (0.0, holding, 0.0)
-    place = (OBJECT_START[0], SUPPORT_Y + OVERLAP, 0.0)
-    add("effector", support, mass=SUPPORT_MASS, position=place, role="effector", force=held)
+    add = partial(made.add_body, friction=FRICTION)
+    square, place = Box(OBJECT_SIZE), (*OBJECT_START, 0.0)
+    add("object", square, mass=OBJECT_MASS, position=place, role="object", **PLANAR)
+    add = partial(made.add_body, friction=FRICTION, force=(0.0, holding, 0.0))
+    support, place = Box(SUPPORT_SIZE), (OBJECT_START[0], SUPPORT_Y + OVERLAP, 0.0)
+    add("effector", support, mass=SUPPORT_MASS, position=place, role="effector", **PLANAR)
     return made

@@ -93,8 +93,8 @@ class GraspTask(FrictionTask):
         """Table, box and gripper, whose fingers clench."""
         made = Scene(gravity=GRAVITY, step=self.step)
         below, held = (0.0, 0.0, -TABLE_SIZE[2] / 2), tuple(-TABLE_MASS * np.array(GRAVITY))
-        add = partial(made.add_body, mass=TABLE_MASS, friction=TABLE_FRICTION, **SINKING)
-        add("table", Box(TABLE_SIZE), position=below, force=held)
+        add = partial(made.add_body, mass=TABLE_MASS, friction=TABLE_FRICTION)
+        add("table", Box(TABLE_SIZE), position=below, force=held, **SINKING)
         add = partial(made.add_body, mass=OBJECT_MASS, friction=OBJECT_FRICTION, role="object")
         above = (0.0, 0.0, OBJECT_EDGE / 2 - OVERLAP)
         add("object", Box((OBJECT_EDGE,) * 3), position=above)

@@ -87,9 +87,9 @@ class PushMultiTask(FrictionTask):
         for number, name in enumerate(DISCS):
             x = 2 * (DISC_RADIUS + DISC_GAP) * number
             add(name, disc, position=(x, DISC_AREA[1][1], DISC_HEIGHT / 2))
-        add = partial(made.add_body, mass=BAR_MASS, friction=friction, role="effector", **PLANAR)
+        add = partial(made.add_body, mass=BAR_MASS, friction=friction, role="effector")
         inertial = Inertial(inertia=(BAR_INERTIA,) * 3)
-        add("bar", Box(BAR_SIZE), inertial=inertial, position=(0.0, 0.0, BAR_Z))
+        add("bar", Box(BAR_SIZE), inertial=inertial, position=(0.0, 0.0, BAR_Z), **PLANAR)
         return made
 
     def draw(self, random: np.random.Generator) -> dict[str, float]:

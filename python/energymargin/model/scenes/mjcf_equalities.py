@@ -185,7 +185,8 @@ def ties(selection: Selection) -> list[Tie]:
     for body, joint in selection.balls.items():
         anchor = np.asarray(model.jnt_pos[joint])
         parent = int(model.body_parentid[body])
-        frames = _at(selection.at(body)[:3, :3] @ anchor + selection.at(body)[:3, 3]), _at(anchor)
+        at = selection.at(body)
+        frames = [_at(at[:3, :3] @ anchor + at[:3, 3]), _at(anchor)]
         found.append(Tie("point", list(zip((parent, body), frames, strict=True))))
         features.add("joint/ball", bool(model.jnt_limited[joint]))
     for i, kind in _active(model):
