@@ -31,6 +31,20 @@ class ReportRow(NamedTuple):
     """How many, how much, or how."""
 
 
+class FrameRow(ReportRow):
+    """A frame that is part of a body."""
+
+    place: tuple[str, tuple[float, ...]]
+    """The body, and the pose there: x, y, z [m] and a quaternion x, y, z, w."""
+
+    @classmethod
+    def of(cls, name: str, value: str, place: tuple[str, tuple[float, ...]]) -> FrameRow:
+        """A row as others, with the place."""
+        row = cls(FRAME, name, value)
+        row.place = place
+        return row
+
+
 class SceneReport(tuple[ReportRow, ...]):
     """What was left out of a scene, left loose, or stated when files were read: rows of a table."""
 

@@ -202,7 +202,9 @@ def _rows(robot: Robot, prefix: str) -> list[ReportRow]:
     """Of the report: what is left out, what is a frame, what is stated, and whose effort counts."""
     rows = [ReportRow(reports.LEFT_OUT, name, str(count)) for name, count in robot.left_out.items()]
     for name, (of, at) in robot.merged.items():
-        rows.append(ReportRow(reports.FRAME, prefix + name, f"{prefix}{of} at {_rounded(at)} m"))
+        there = (*at[:3, 3].tolist(), *place(at)["orientation"].tolist())
+        where = f"{prefix}{of} at {_rounded(at)} m"
+        rows.append(reports.FrameRow.of(prefix + name, where, (prefix + of, there)))
     for name, value in robot.stated.items():
         rows.append(ReportRow(reports.STATED, prefix + name, value))
     for joint in robot.joints.values():
