@@ -79,13 +79,8 @@ def signature_of(doc: str) -> inspect.Signature | None:
     own = function.args
     if own.vararg or own.kwarg:  # the function itself knows what it takes
         return None
-    first = len(own.args) - len(own.defaults)
-    kinds = inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY
-    has = [k >= first for k in range(len(own.args))], [one is not None for one in own.kw_defaults]
-    return inspect.Signature(
-        [
-            inspect.Parameter(one.arg, kind, default=None if default else inspect.Parameter.empty)
-            for kind, group, defaults in zip(kinds, (own.args, own.kwonlyargs), has, strict=True)
-            for one, default in zip(group, defaults, strict=True)
-        ]
-    )
+    for one in (*own.posonlyargs, *own.args, *own.kwonlyargs):
+        one.annotation = None
+    own.defaults = [ast.Constant(None) for _ in own.defaults]
+    own.kw_defaults = [one and ast.Constant(None) for one in own.kw_defaults]
+    return inspect.signature(eval(f"lambda {ast.unparse(own)}: None"))

@@ -8,11 +8,13 @@ from __future__ import annotations
 import inspect
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+Numbers = NDArray[np.float64]
 
 LONGEST = 60  # characters of a value in an error
 Thing = TypeVar("Thing")
@@ -160,6 +162,11 @@ def by_name(name: str, things: Mapping[str, Thing], kind: str) -> Thing:
     return things[name]
 
 
+def each_name(given: str | Iterable[str]) -> tuple[str, ...]:
+    """Names, or the one that is given alone."""
+    return (given,) if isinstance(given, str) else tuple(given)
+
+
 def names_of(name: str, value: Sequence[str]) -> Sequence[str]:
     """`value`, if it is no single name; else a ValueError with `name`."""
     require(not isinstance(value, str), name, value, f"a list of names: [{value!r}]")
@@ -173,7 +180,7 @@ def check_type(name: str, value: object, kind: Any, expected: str) -> None:
 
 def numbers_of(
     name: str, value: Any, expected: str = "numbers", shape: tuple[int, ...] | None = None
-) -> NDArray[np.float64]:
+) -> Numbers:
     """`value` as an array of numbers, if there is a shape of that and finite; else a ValueError."""
     try:
         array = np.asarray(value, float)
@@ -192,9 +199,8 @@ def check_shape(
     right = np.shape(array) == shape and (kind is None or np.asarray(array).dtype == kind)
     if not right:
         found = f"shape {np.shape(array)} of {np.asarray(array).dtype}"
-        raise ValueError(
-            f"{name} has {found}, expected {shape}{f' of {kind.__name__}' if kind else ''}"
-        )
+        expected = f"expected {shape}{f' of {kind.__name__}' if kind else ''}"
+        raise ValueError(f"{name} has {found}, {expected}")
 
 
 def _number(name: str, value: object, right: Callable[[float], bool], expected: str) -> float:

@@ -73,10 +73,10 @@ def checked(door: Any, package: str) -> Any:
         return _checked_function(door, package)
     if isinstance(door, type) and door.__module__.startswith("energymargin."):
         for name, member in list(methods(door)):
-            if not isinstance(member, (classmethod, staticmethod)):
-                setattr(door, name, _checked_function(member))
-            else:
-                setattr(door, name, type(member)(_checked_function(member.__func__)))
+            wrapped: Any = _checked_function(getattr(member, "__func__", member))
+            if isinstance(member, (classmethod, staticmethod)):
+                wrapped = type(member)(wrapped)
+            setattr(door, name, wrapped)
     return door
 
 
@@ -133,34 +133,26 @@ def _names_one(error: Exception, arguments: Iterable[str]) -> bool:
 @functools.cache
 def kinds_of(function: Any) -> tuple[tuple[str, ...], dict[str, ArgumentKind]]:
     """The arguments of a function by position, and by name what each has to be, if that is said."""
-    kinds = {}
-    names = []
-    for one in inspect.signature(function).parameters.values():
-        if one.kind in (one.VAR_POSITIONAL, one.VAR_KEYWORD):
-            continue
-        if one.kind != one.KEYWORD_ONLY:
-            names.append(one.name)
-        kind = _kind(_hint(function, one.annotation), str(one.annotation))
-        if kind is not None:
-            kinds[one.name] = kind
-    return tuple(names), kinds
+    every = inspect.signature(function).parameters.values()
+    listed = [one for one in every if one.kind not in (one.VAR_POSITIONAL, one.VAR_KEYWORD)]
+    hints = [_hint(function, one.annotation) for one in listed]
+    kinds = {p.name: _kind(hint, str(p.annotation)) for p, hint in zip(listed, hints, strict=True)}
+    names = tuple(one.name for one in listed if one.kind != one.KEYWORD_ONLY)
+    return names, {name: kind for name, kind in kinds.items() if kind is not None}
 
 
 def _hint(function: Any, annotation: Any) -> Any:
     """An annotation as an object; Any if it has names that are there for type checkers alone."""
     if not isinstance(annotation, str):
         return Any if annotation is inspect.Parameter.empty else annotation
-    spaces: list[dict[str, Any]] = [{}, _ForTypes()]
-    for names in spaces:
-        try:
-            return eval(annotation, function.__globals__, names)
-        except (NameError, TypeError, AttributeError):
-            continue
-    return Any
+    try:
+        return eval(annotation, {}, _ForTypes(function.__globals__))
+    except (NameError, TypeError, AttributeError):
+        return Any
 
 
 class _ForTypes(dict[str, Any]):
-    """The package's classes, for annotations of modules that import them for types alone."""
+    """Names of a module, and the package's classes, which some import for types alone."""
 
     def __missing__(self, name: str) -> Any:
         package = sys.modules["energymargin"]

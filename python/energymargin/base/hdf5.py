@@ -54,10 +54,8 @@ def checked(file: h5py.File) -> list[Array]:
             name = f"{prefix}{key}"
             link = group.get(key, getlink=True)
             if isinstance(link, h5py.ExternalLink):
-                raise ValueError(
-                    f"{name!r} is a link to {link.filename!r}, expected a file that is whole by "
-                    "itself: copy what it links to into it"
-                )
+                expected = "expected a file that is whole by itself: copy what it links to into it"
+                raise ValueError(f"{name!r} is a link to {link.filename!r}, {expected}")
             thing = None if isinstance(link, h5py.SoftLink) else group[key]
             if thing is None or (place := _place(thing)) in seen:
                 continue
@@ -94,18 +92,14 @@ def _place(thing: Any) -> tuple[int, int]:
 def _check_stored(name: str, array: h5py.Dataset) -> None:
     """Raises ValueError unless what an array says it has is in the file."""
     if array.external:
-        raise ValueError(
-            f"{name!r} has its data in another file ({array.external[0][0]!r}), expected a file "
-            "that is whole by itself"
-        )
+        wrong = f"{name!r} has its data in another file ({array.external[0][0]!r})"
+        raise ValueError(f"{wrong}, expected a file that is whole by itself")
     if array.is_virtual:
         raise ValueError(f"{name!r} is put together from other files, expected its own data")
     size, stored = array.nbytes, array.id.get_storage_size()
     if size > SMALL + PACKED * stored:
-        raise ValueError(
-            f"{name!r} says that it has {size} bytes, of which {stored} are stored, expected at "
-            f"most {PACKED} times as many"
-        )
+        wrong = f"{name!r} says that it has {size} bytes, of which {stored} are stored"
+        raise ValueError(f"{wrong}, expected at most {PACKED} times as many")
 
 
 def _check_attributes(file: h5py.File) -> None:

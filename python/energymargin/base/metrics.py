@@ -48,26 +48,14 @@ class Kind(NamedTuple):
         return f"{self.title} [{self.unit}]"
 
 
+OF_TREES = ("nodes", "seed", "nodes_per_edge", "least_likelihood")
+OF_ROLLOUTS = ("rollouts", "seed", "strength", "objects", "common_random_numbers")
+OF_ESCAPES = ("nodes", "seed", "stop_at_escape")
 KINDS = {
-    "likelihood": Kind(
-        ("capture", "success"),
-        "likelihood",
-        "0..1",
-        settings=("nodes", "seed", "nodes_per_edge", "least_likelihood"),
-    ),
-    "probability": Kind(
-        ("probability", "probability/success"),
-        "probability",
-        "0..1",
-        settings=("rollouts", "seed", "strength", "objects", "common_random_numbers"),
-    ),
-    "effort": Kind(
-        ("effort", "effort/est", "effort/rrt"),
-        "effort of escape",
-        "J",
-        settings=("nodes", "seed", "stop_at_escape"),
-    ),
-    "force": Kind(("force",), "force score", "-", settings=()),
+    "likelihood": Kind(("capture", "success"), "likelihood", "0..1", OF_TREES),
+    "probability": Kind(("probability", "probability/success"), "probability", "0..1", OF_ROLLOUTS),
+    "effort": Kind(("effort", "effort/est", "effort/rrt"), "effort of escape", "J", OF_ESCAPES),
+    "force": Kind(("force",), "force score", "-", ()),
 }
 
 

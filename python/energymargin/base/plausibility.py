@@ -58,10 +58,8 @@ def warn(found: Iterable[tuple[str, str]], fingerprint: str | None) -> None:
         warnings.warn(sentence + HOW_TO_IGNORE, PlausibilityWarning, stacklevel=level)
         if len(_known) >= MOST_KNOWN:
             _known.clear()
-        if fingerprint is not None:
-            _known.add(
-                (fingerprint, about)
-            )  # not before: one that a filter makes an error comes again
+        if fingerprint is not None:  # not before: one that a filter makes an error comes again
+            _known.add((fingerprint, about))
 
 
 def levels_to_user() -> int:

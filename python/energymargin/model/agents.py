@@ -5,14 +5,13 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin.base.checks import shown
-
-Rows = NDArray[np.float64]
+from energymargin.base.checks import Numbers, shown
 
 
 @dataclass(frozen=True)
@@ -34,7 +33,7 @@ class Agent:
         """What errors call it."""
         return str(getattr(self.model, "__name__", type(self.model).__name__))
 
-    def __call__(self, seen: Rows, memory: Rows | None, time: float) -> NDArray[Any]:
+    def __call__(self, seen: Numbers, memory: Numbers | None, time: float) -> NDArray[Any]:
         """Actions, a row an observation. Raises ValueError on other shapes than the spaces'."""
         parts = self.given(seen)
         given = parts if self.parts else parts[""]
@@ -44,36 +43,27 @@ class Agent:
         else:
             answer, state = predict(given, deterministic=True)
         if state is not None:
-            raise ValueError(
-                "the agent has a state of its own, expected one without: give em.Policy an act "
-                "that keeps it in memory, a row a rollout"
-            )
+            way = "give em.Policy an act that keeps it in memory, a row a rollout"
+            raise ValueError(f"the agent has a state of its own, expected one without: {way}")
         actions = np.asarray(answer)
         _require_shape("the agent returned", actions, self.does, "action", "ask its own agent")
         return actions.reshape(len(actions), -1) if len(self.does or ()) > 1 else actions
 
-    def given(self, seen: Rows) -> dict[str, Rows]:
+    def given(self, seen: Numbers) -> dict[str, Numbers]:
         """Observations by the names of their space; "" of one that is no Dict."""
         if self.parts:
-            return self._by_name(seen)
+            ends = np.cumsum([int(np.prod(shape)) for _, shape in self.parts])
+            if seen.shape[1:] != (ends[-1],):
+                raise ValueError(
+                    f"the agent sees rows of the shape {seen.shape[1:]}, expected ({ends[-1]},), "
+                    "all parts of the observation space in its order"
+                )
+            columns = zip(self.parts, np.split(seen, ends[:-1], axis=1), strict=True)
+            return {name: part.reshape(len(seen), *shape) for (name, shape), part in columns}
         if self.sees is not None and seen.shape[1:] == (int(np.prod(self.sees)),):
             seen = seen.reshape(len(seen), *self.sees)
         _require_shape("the agent sees", seen, self.sees, "observation", "give observe=")
         return {"": seen}
-
-    def _by_name(self, seen: Rows) -> dict[str, Rows]:
-        """The parts of a Dict observation."""
-        ends = np.cumsum([int(np.prod(shape)) for _, shape in self.parts])
-        if seen.shape[1:] != (ends[-1],):
-            raise ValueError(
-                f"the agent sees rows of the shape {seen.shape[1:]}, expected ({ends[-1]},), all "
-                "parts of the observation space in its order"
-            )
-        columns = np.split(seen, ends[:-1], axis=1)
-        return {
-            name: part.reshape(len(seen), *shape)
-            for (name, shape), part in zip(self.parts, columns, strict=True)
-        }
 
 
 @dataclass(frozen=True)
@@ -95,7 +85,7 @@ class Chunks:
         """Numbers that a rollout remembers."""
         return 1 + self.actions * int(np.prod(self.agent.does or ()))
 
-    def __call__(self, seen: Rows, memory: Rows, time: float) -> tuple[Rows, Rows]:
+    def __call__(self, seen: Numbers, memory: Numbers, time: float) -> tuple[Numbers, Numbers]:
         """Actions, a row an observation, and the memory."""
         rows, memory = len(seen), memory.copy()
         empty = memory[:, 0] == 0.0
@@ -105,10 +95,8 @@ class Chunks:
             plan = np.asarray(_answer(self.agent.model, named, "predict_action_chunk"))
             wanted = (rows, *(self.agent.does or ()))
             if plan.ndim != 3 or (plan.shape[0], plan.shape[2]) != wanted:
-                raise ValueError(
-                    f"the agent planned actions of the shape {plan.shape}, expected {wanted[0]}, "
-                    f"their number, {wanted[1]}"
-                )
+                expected = f"expected {wanted[0]}, their number, {wanted[1]}"
+                raise ValueError(f"the agent planned actions of the shape {plan.shape}, {expected}")
             memory[empty, 0] = self.actions
             memory[empty, 1:] = plan[empty, : self.actions].reshape(int(empty.sum()), -1)
         width = int(np.prod(self.agent.does or ()))
@@ -122,20 +110,13 @@ _NAMES = {"": "observation.state", "agent_pos": "observation.state"}
 """Of parts of an observation, as LeRobot calls them."""
 
 
-@dataclass(frozen=True)
-class Bounded:
-    """Actions clipped to the bounds of their space, and then what they command."""
+Convert = Callable[[Numbers], ArrayLike]
 
-    low: Any
-    high: Any
-    convert: Callable[[Rows], ArrayLike] | None
 
-    def __call__(self, actions: Rows) -> ArrayLike:
-        """Commands, a row an action."""
-        clipped = actions
-        if self.low is not None:
-            clipped = np.clip(actions, np.ravel(self.low), np.ravel(self.high))
-        return clipped if self.convert is None else self.convert(clipped)
+def bounded(low: Any, high: Any, convert: Convert | None, actions: Numbers) -> ArrayLike:
+    """Actions clipped to the bounds of their space, and then what they command, a row an action."""
+    clipped = actions if low is None else np.clip(actions, np.ravel(low), np.ravel(high))
+    return clipped if convert is None else convert(clipped)
 
 
 def arguments_of(env: Any, model: Any, given: dict[str, Any]) -> dict[str, Any]:
@@ -173,8 +154,8 @@ def arguments_of(env: Any, model: Any, given: dict[str, Any]) -> dict[str, Any]:
     if hasattr(model, "predict_action_chunk"):
         act = Chunks(agent, int(model.config.n_action_steps))
         known["memory"] = act.memory
-    return {**known, "period": period, "act": act,
-            "convert": Bounded(low, high, known.get("convert"))}  # fmt: skip
+    convert = partial(bounded, low, high, known.get("convert"))
+    return {**known, "period": period, "act": act, "convert": convert}
 
 
 def _require_no_change(env: Any, inner: Any) -> None:
@@ -191,10 +172,8 @@ def _require_shape(
     who: str, rows: NDArray[Any], shape: tuple[int, ...] | None, space: str, way_out: str
 ) -> None:
     if shape is not None and rows.shape[1:] != shape:
-        raise ValueError(
-            f"{who} rows of the shape {rows.shape[1:]}, expected {shape}, as the {space} space of "
-            f"the environment says: {way_out}"
-        )
+        expected = f"expected {shape}, as the {space} space of the environment says: {way_out}"
+        raise ValueError(f"{who} rows of the shape {rows.shape[1:]}, {expected}")
 
 
 def _answer(model: Any, seen: Any, method: str = "__call__") -> Any:
@@ -204,7 +183,7 @@ def _answer(model: Any, seen: Any, method: str = "__call__") -> Any:
         return asked(seen)
     like = next(model.parameters(), torch.zeros(()))
 
-    def tensor(rows: Rows) -> Any:
+    def tensor(rows: Numbers) -> Any:
         return torch.as_tensor(rows, dtype=like.dtype, device=like.device)
 
     named = isinstance(seen, dict)

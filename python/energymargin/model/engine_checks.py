@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from typing import Any, NoReturn
 
 import numpy as np
 
-from energymargin._core import Problem
-from energymargin.base.checks import shown
-from energymargin.model.engines import Batch, Engine, Numbers
+from energymargin._core import Body, Problem
+from energymargin.base.checks import Numbers, shown
+from energymargin.model.engines import Batch, Engine
+from energymargin.model.serial_engines import ways
 
 ROWS, EVERY, CHECKS = 5, 3, 4  # of the batch that is played
 PARTS = "states", "memory", "work"  # of an answer
@@ -19,7 +22,8 @@ FASTER = 0.01  # m/s
 ROUNDS, SWITCH = 8, 1e-5  # of threads at once; s, between which they take turns
 SLACK = 1e-6  # of works, as shares of the largest
 TURN = 1e-3  # likewise, of a turn about an axis that turns itself
-Played = tuple[Numbers, Numbers, Numbers]
+WAY_OUT = "deterministic = False"
+BACKWARDS = list(range(ROWS))[::-1]
 
 
 def check(engine: Engine, problem: Problem, *, seed: int = 0) -> None:
@@ -36,278 +40,228 @@ def check(engine: Engine, problem: Problem, *, seed: int = 0) -> None:
 
     Raises ValueError that says which promise is broken, and by how much.
     """
-    tested = problem.with_engine(engine)
-    _check_names(engine)
-    batch = _batch(engine, tested, seed)
-    _check_answer(engine, tested, batch)
-    whole = _play(engine, batch)
-    for what, part in zip(PARTS, whole, strict=True):
-        if not np.isfinite(part).all():
-            raise ValueError(f"{engine!r}: {what} are not finite, expected a rollout that goes on")
+    checker = _Checker(engine, problem.with_engine(engine), seed)
+    checker.check_names()
+    checker.check_answer()
     if engine.deterministic:
-        _check_start(engine, batch)
-    _check_work(engine, tested, batch)
-    _check_begin(engine, tested, batch)
+        checker.check_start()
+    checker.check_work()
+    checker.check_begin()
     if engine.deterministic:
-        _check_bits(engine, batch, whole)
+        checker.check_bits()
         if engine.concurrent:
-            _check_threads(engine, batch, whole)
-        _require_same(engine, "the first batch, after all others,", _play(engine, batch), whole)
+            checker.check_threads()
+        checker.require_same("the first batch, after all others,", checker.batch)
 
 
-def _batch(engine: Engine, problem: Problem, seed: int) -> Batch:
-    """Rollouts from the state under pushes within the problem's bounds."""
-    objects = sum(body.role == "object" for body in problem.scene.bodies)
-    random, steps = np.random.default_rng(seed), EVERY * CHECKS
-    bounds = np.concatenate([problem.force, problem.torque])
-    wrenches = bounds * random.uniform(-1, 1, (ROWS, CHECKS, objects, 6))
-    states = np.tile(problem.state, (ROWS, 1))
-    commands = {name: np.full((ROWS, steps), value) for name, value in engine.commands.items()}
-    pushes = np.repeat(wrenches, EVERY, axis=1)
-    return Batch(states, engine._start(states), pushes, commands, steps, EVERY)
+class _Checker:
+    """An engine, and rollouts of it from a problem's state."""
 
+    def __init__(self, engine: Engine, problem: Problem, seed: int) -> None:
+        """Draws pushes within the problem's bounds."""
+        self.engine, self.scene = engine, problem.scene
+        self.objects = [body for body in self.scene.bodies if body.role == "object"]
+        random, steps = np.random.default_rng(seed), EVERY * CHECKS
+        bounds = np.concatenate([problem.force, problem.torque])
+        wrenches = bounds * random.uniform(-1, 1, (ROWS, CHECKS, len(self.objects), 6))
+        states = np.tile(problem.state, (ROWS, 1))
+        commands = {name: np.full((ROWS, steps), value) for name, value in engine.commands.items()}
+        pushes = np.repeat(wrenches, EVERY, axis=1)
+        self.batch = Batch(states, engine._start(states), pushes, commands, steps, EVERY)
+        """Rollouts, a row each."""
+        self.whole: Sequence[Numbers] = ()
+        """The answer to it, once it is known to be one."""
 
-def _play(engine: Engine, batch: Batch) -> Played:
-    """An answer to a batch; the batch stays as it is."""
-    n, d = batch.states.shape
-    commands = np.empty((n, batch.steps, len(batch.commands)))
-    for i, values in enumerate(batch.commands.values()):
-        commands[:, :, i] = values
-    states, memory, work = engine._play(
-        states=batch.states.copy(),
-        memory=batch.memory.copy(),
-        pushes=batch.pushes.reshape(n * batch.steps, -1).copy(),
-        commands=commands.reshape(n * batch.steps, -1),
-        commanded=list(batch.commands),
-        steps=batch.steps,
-        every=batch.every,
-    )
-    return states.reshape(n, -1, d), memory, work.reshape(n, batch.steps, -1)
+    def play(self, batch: Batch) -> tuple[Numbers, Numbers, Numbers]:
+        """An answer to a batch; the batch stays as it is."""
+        return self.engine._answer(_rows(batch, list(range(len(batch.states)))))
 
+    def fail(self, text: str, cause: Exception | None = None) -> NoReturn:
+        """Says which promise is broken."""
+        raise ValueError(f"{self.engine!r}: {text}") from cause
 
-def _check_names(engine: Engine) -> None:
-    """Its digest, and what it varies."""
-    digest = engine.digest()
-    if not isinstance(digest, str) or engine.digest() != digest:
-        raise ValueError(
-            f"{engine!r}: digest() returned {shown(digest)} and then {shown(engine.digest())}, "
-            "expected one text for one engine"
-        )
-    for name, value in list(engine.varies.items())[:VARIED]:
-        changed = VARY * value if value else VARY
-        other = engine.varied({name: changed})
-        if other.varies.get(name) != changed or engine.varies.get(name) != value:
-            raise ValueError(
-                f"{engine!r}: varied({{{name!r}: {changed:g}}}) has {other.varies.get(name)} where "
-                f"this one has {engine.varies.get(name)}, expected {changed:g} and {value:g}"
-            )
-        if other.digest() == digest:
-            raise ValueError(
-                f"{engine!r}: varied({{{name!r}: {changed:g}}}) has the same digest, expected "
-                "another one: its answers may differ"
-            )
-
-
-def _check_answer(engine: Engine, problem: Problem, batch: Batch) -> None:
-    """Its dtypes, that it stays as it is, and that what it has are states."""
-    first = engine.play(_copied(batch))
-    if isinstance(first, tuple) and len(first) == len(PARTS):  # or _play says so
-        for what, part in zip(PARTS, first, strict=True):
-            kind = getattr(part, "dtype", None)
-            if kind != np.float64:
-                raise ValueError(
-                    f"{engine!r}: play returned {what} of dtype {kind}, expected arrays of float64"
+    def check_names(self) -> None:
+        """Its digest, and what it varies."""
+        engine, digest = self.engine, self.engine.digest()
+        if not isinstance(digest, str) or engine.digest() != digest:
+            wrong = f"digest() returned {shown(digest)} and then {shown(engine.digest())}"
+            self.fail(f"{wrong}, expected one text for one engine")
+        for name, value in list(engine.varies.items())[:VARIED]:
+            changed = VARY * value if value else VARY
+            other, call = engine.varied({name: changed}), f"varied({{{name!r}: {changed:g}}}) has"
+            if other.varies.get(name) != changed or engine.varies.get(name) != value:
+                self.fail(
+                    f"{call} {other.varies.get(name)} where this one has "
+                    f"{engine.varies.get(name)}, expected {changed:g} and {value:g}"
                 )
-        before = [np.array(part) for part in first]
-        engine.play(replace(_copied(batch), pushes=-batch.pushes))
-        for what, part, kept in zip(PARTS, first, before, strict=True):
-            if not np.array_equal(part, kept, equal_nan=True):
-                raise ValueError(
-                    f"{engine!r}: play wrote over the {what} that it had returned before, expected "
-                    "a new array for each answer"
+            if other.digest() == digest:
+                self.fail(f"{call} the same digest, expected another one: its answers may differ")
+
+    def check_answer(self) -> None:
+        """Its dtypes, that it stays as it is, and that what it has are states and finite."""
+        batch, everything = self.batch, list(range(ROWS))
+        first: Any = self.engine.play(_rows(batch, everything))
+        if isinstance(first, tuple) and len(first) == len(PARTS):  # or `_answer` says so
+            for what, part in zip(PARTS, first, strict=True):
+                kind = getattr(part, "dtype", None)
+                if kind != np.float64:
+                    self.fail(f"play returned {what} of dtype {kind}, expected arrays of float64")
+            before = [np.array(part) for part in first]
+            self.engine.play(replace(_rows(batch, everything), pushes=-batch.pushes))
+            for what, part, kept in zip(PARTS, first, before, strict=True):
+                if not np.array_equal(part, kept, equal_nan=True):
+                    expected = "expected a new array for each answer"
+                    self.fail(f"play wrote over the {what} that it had returned before, {expected}")
+        self.whole = self.play(batch)
+        for state in self.whole[0].reshape(-1, batch.states.shape[1]):
+            try:
+                if np.isfinite(state).all():
+                    self.scene.unpack(state)
+            except ValueError as error:
+                self.fail(f"play returned what is no state: {error}", error)
+
+        for what, part in zip(PARTS, self.whole, strict=True):
+            if not np.isfinite(part).all():
+                self.fail(f"{what} are not finite, expected a rollout that goes on")
+
+    def check_begin(self) -> None:
+        """Whether a rollout begins with the velocity of its state."""
+        linked = {joint.child for joint in self.scene.joints}
+        for body in self.objects:
+            if body.name in linked or not all(body.linear_factor):
+                continue
+            other = self.batch.states.copy()
+            other[:, self.scene.slice(body.name)][:, 7] += FASTER
+            try:
+                memory = self.engine._start(other)
+            except ValueError:  # it refuses other states than its own
+                return
+            slow = self.play(self.batch)[0][:, 0]
+            fast = self.play(replace(self.batch, states=other, memory=memory))[0][:, 0]
+            if np.array_equal(slow, fast):
+                self.fail(
+                    f"rollouts from a state in which {body.name!r} is faster by {FASTER:g} m/s "
+                    "have the same states, expected others: start(states) has to begin there"
                 )
-    for state in _play(engine, batch)[0].reshape(-1, batch.states.shape[1]):
+
+    def check_start(self) -> None:
+        """A start is a function of its state alone."""
+        start, states = self.engine._start, self.batch.states
+        whole = start(states.copy())
+        others = {
+            "asked again": start(states.copy()),
+            "in another order": start(states[BACKWARDS])[BACKWARDS],
+            "of a row alone": np.concatenate([start(row[None]) for row in states]),
+        }
+        for how, other in others.items():
+            if not np.array_equal(whole, other):
+                self.fail(
+                    f"start {how} has other memory, off by {_off(whole, other)}, expected the same "
+                    "bits: what is drawn at random has to follow from the state"
+                )
+
+    def check_threads(self) -> None:
+        """Rows that several threads ask for at once, and switch often."""
+        interval = sys.getswitchinterval()
+        sys.setswitchinterval(SWITCH)
         try:
-            if np.isfinite(state).all():
-                problem.scene.unpack(state)
-        except ValueError as error:
-            raise ValueError(f"{engine!r}: play returned what is no state: {error}") from error
+            with ThreadPoolExecutor(ROWS) as pool:
+                for _ in range(ROUNDS):
+                    alone = pool.map(lambda row: self.play(_rows(self.batch, [row])), range(ROWS))
+                    for row, answer in enumerate(list(alone)):
+                        what = f"row {row} beside other threads"
+                        self._compare(what, answer, [row], "concurrent = False")
+        finally:
+            sys.setswitchinterval(interval)
 
+    def check_bits(self) -> None:
+        """An answer depends on its row alone, and a rollout may be saved and go on."""
+        batch = self.batch
+        self.require_same("the same batch, asked again,", batch)
+        idle = replace(batch, commands={})
+        self.require_same("the batch without commands, which begin with those values,", idle)
+        self.require_same("the batch in another order", batch, BACKWARDS)
+        for row in range(ROWS):
+            self.require_same(f"row {row} alone", batch, [row])
+        first = self.play(_steps(batch, 0, EVERY))
+        rest = _steps(batch, EVERY, batch.steps)
+        then = self.play(replace(rest, states=first[0][:, -1].copy(), memory=first[1]))
+        states, work = (np.concatenate([first[k], then[k]], axis=1) for k in (0, 2))
+        self._compare("a rollout that is saved and goes on", (states, then[1], work), None)
 
-def _check_begin(engine: Engine, problem: Problem, batch: Batch) -> None:
-    """Whether a rollout begins with the velocity of its state."""
-    free = {joint.child for joint in problem.scene.joints}
-    for body in problem.scene.bodies:
-        if body.role != "object" or body.name in free or not all(body.linear_factor):
-            continue
-        other = batch.states.copy()
-        other[:, problem.scene.slice(body.name)][:, 7] += FASTER
-        try:
-            memory = engine._start(other)
-        except ValueError:  # it refuses other states than its own
-            return
-        slow, fast = (
-            _play(engine, replace(batch, states=states, memory=own))[0][:, 0]
-            for states, own in ((batch.states, batch.memory), (other, memory))
-        )
-        if np.array_equal(slow, fast):
-            raise ValueError(
-                f"{engine!r}: rollouts from a state in which {body.name!r} is faster by {FASTER:g} "
-                "m/s have the same states, expected others: start(states) has to begin there"
-            )
+    def require_same(self, what: str, batch: Batch, rows: list[int] | None = None) -> None:
+        """Rows of a batch have the same answers as those of the first one."""
+        found = self.play(batch if rows is None else _rows(batch, rows))
+        self._compare(what, found, rows)
 
+    def _compare(
+        self, what: str, found: Sequence[Numbers], rows: list[int] | None, way_out: str = WAY_OUT
+    ) -> None:
+        for name, one, whole in zip(PARTS, found, self.whole, strict=True):
+            other = whole if rows is None else whole[rows]
+            if not np.array_equal(one, other):
+                self.fail(
+                    f"{what} has other {name}, off by {_off(one, other)}, expected the same bits: "
+                    "what a rollout goes on from has to be in its state and memory, or the engine "
+                    f"says {way_out}"
+                )
 
-def _check_start(engine: Engine, batch: Batch) -> None:
-    """A start is a function of its state alone."""
-    whole, order = engine._start(batch.states.copy()), slice(None, None, -1)
-    others = {
-        "asked again": engine._start(batch.states.copy()),
-        "in another order": engine._start(batch.states[order].copy())[order],
-        "of a row alone": np.concatenate([engine._start(row[None]) for row in batch.states]),
-    }
-    for how, other in others.items():
-        if not np.array_equal(whole, other):
-            off = float(np.nanmax(np.abs(whole - other)))
-            raise ValueError(
-                f"{engine!r}: start {how} has other memory, off by {off:.3g}, expected the same "
-                "bits: what is drawn at random has to follow from the state"
-            )
+    def check_work(self) -> None:
+        """The work of each step: its push at the mean of the velocities before and after it."""
+        engine, batch = self.engine, self.batch
+        still = self.play(replace(batch, pushes=np.zeros_like(batch.pushes)))[2]
+        if still.any():
+            self.fail(f"work is {float(np.abs(still).max()):.3g} J without a push, expected 0")
+        states, _, work = self.play(replace(batch, every=1))
+        paths = np.concatenate([batch.states[:, None], states], axis=1)
+        for k, body in enumerate(self.objects):
+            rows, pushes = [self._motion(path, body) for path in paths], batch.pushes[:, :, k]
+            twists = np.array(rows)[..., 7:]
+            powers = [(pushes * of).sum(-1) for of in (twists[:, :-1], twists[:, 1:])]
+            ends = self.scene.step * np.sort(powers, axis=0)
+            slack = SLACK * np.abs(ends).max() + 1e-12
+            if engine.substeps == 1:
+                ends = np.repeat(ends.mean(axis=0, keepdims=True), 2, axis=0)
+            else:  # whose velocities nobody sees: what the way says, to a substep
+                moves = np.array([ways(row[:-1], row[1:]) for row in rows])
+                middle, part = (pushes * moves).sum(-1), np.ptp(ends, axis=0)
+                ends = np.stack([middle - part / engine.substeps, middle + part / engine.substeps])
+                slack += TURN * np.abs(middle).max()
+            outside = (work[:, :, k] < ends[0] - slack) | (work[:, :, k] > ends[1] + slack)
+            if outside.any():
+                row, step = (int(i) for i in np.argwhere(outside)[0])
+                self.fail(
+                    f"the push on {body.name!r} in step {step} of row {row} works "
+                    f"{work[row, step, k]:.6g} J, expected {ends[0, row, step]:.6g} to "
+                    f"{ends[1, row, step]:.6g}, from f . v + tau . omega before and after the step"
+                )
 
+    def _motion(self, states: Numbers, body: Body) -> Numbers:
+        """A body in states as `Serial.bodies` has it, with its centre of mass, (m, 13)."""
+        from scipy.spatial.transform import Rotation
 
-def _check_threads(engine: Engine, batch: Batch, whole: Played) -> None:
-    """Rows that several threads ask for at once, and switch often."""
-    interval = sys.getswitchinterval()
-    sys.setswitchinterval(SWITCH)
-    try:
-        with ThreadPoolExecutor(ROWS) as pool:
-            for _ in range(ROUNDS):
-                alone = pool.map(lambda row: _play(engine, _rows(batch, [row])), range(ROWS))
-                for row, answer in enumerate(list(alone)):
-                    what = f"row {row} beside other threads"
-                    _require_same(
-                        engine, what, answer, [part[[row]] for part in whole], "concurrent = False"
-                    )
-    finally:
-        sys.setswitchinterval(interval)
-
-
-def _copied(batch: Batch) -> Batch:
-    commands = {name: values.copy() for name, values in batch.commands.items()}
-    arrays = batch.states.copy(), batch.memory.copy(), batch.pushes.copy()
-    return Batch(*arrays, commands, batch.steps, batch.every)
+        center = np.zeros(3) if body.inertial is None else np.array(body.inertial.center)
+        rows = np.empty((len(states), 13))
+        for row, state in zip(rows, states, strict=True):
+            now = self.scene.unpack(state)[body.name]
+            turn, spin = now["orientation"], now["angular_velocity"]
+            arm = Rotation.from_quat(turn).apply(center)
+            row[:3], row[3:7] = now["position"] + arm, turn
+            row[7:10], row[10:] = now["velocity"] + np.cross(spin, arm), spin
+        return rows
 
 
 def _rows(batch: Batch, rows: list[int]) -> Batch:
-    return replace(
-        batch,
-        states=batch.states[rows],
-        memory=batch.memory[rows],
-        pushes=batch.pushes[rows],
-        commands={name: values[rows] for name, values in batch.commands.items()},
-    )
+    """Some rows, copied."""
+    commands = {name: values[rows] for name, values in batch.commands.items()}
+    arrays = batch.states[rows], batch.memory[rows], batch.pushes[rows]
+    return Batch(*arrays, commands, batch.steps, batch.every)
 
 
 def _steps(batch: Batch, first: int, last: int) -> Batch:
-    return replace(
-        batch,
-        pushes=batch.pushes[:, first:last],
-        commands={name: values[:, first:last] for name, values in batch.commands.items()},
-        steps=last - first,
-    )
+    commands = {name: values[:, first:last] for name, values in batch.commands.items()}
+    return replace(batch, pushes=batch.pushes[:, first:last], commands=commands, steps=last - first)
 
 
-def _check_bits(engine: Engine, batch: Batch, whole: Played) -> None:
-    _require_same(engine, "the same batch, asked again,", _play(engine, batch), whole)
-    idle = _play(engine, replace(batch, commands={}))
-    _require_same(engine, "the batch without commands, which begin with those values,", idle, whole)
-    order = list(range(ROWS))[::-1]
-    turned = _play(engine, _rows(batch, order))
-    _require_same(engine, "the batch in another order", turned, [part[order] for part in whole])
-    for row in range(ROWS):
-        alone = _play(engine, _rows(batch, [row]))
-        _require_same(engine, f"row {row} alone", alone, [part[[row]] for part in whole])
-    first = _play(engine, _steps(batch, 0, EVERY))
-    rest = _steps(batch, EVERY, batch.steps)
-    rest = replace(rest, states=first[0][:, -1].copy(), memory=first[1])
-    then = _play(engine, rest)
-    both = [np.concatenate([first[0], then[0]], 1), then[1], np.concatenate([first[2], then[2]], 1)]
-    _require_same(engine, "a rollout that is saved and goes on", both, whole)
-
-
-def _require_same(
-    engine: Engine,
-    what: str,
-    found: Played | list[Numbers],
-    wanted: Played | list[Numbers],
-    way_out: str = "deterministic = False",
-) -> None:
-    for name, one, other in zip(PARTS, found, wanted, strict=True):
-        if not np.array_equal(one, other):
-            off = float(np.nanmax(np.abs(one - other)))
-            raise ValueError(
-                f"{engine!r}: {what} has other {name}, off by {off:.3g}, expected the same bits: "
-                "what a rollout goes on from has to be in its state and memory, or the engine says "
-                f"{way_out}"
-            )
-
-
-def _check_work(engine: Engine, problem: Problem, batch: Batch) -> None:
-    """The work of each step: its push at the mean of the velocities before and after it."""
-    still = _play(engine, replace(batch, pushes=np.zeros_like(batch.pushes)))[2]
-    if still.any():
-        raise ValueError(
-            f"{engine!r}: work is {float(np.abs(still).max()):.3g} J without a push, expected 0"
-        )
-    states, _, work = _play(engine, replace(batch, every=1))
-    path = np.concatenate([batch.states[:, None], states], axis=1)
-    objects = [body for body in problem.scene.bodies if body.role == "object"]
-    for k, body in enumerate(objects):
-        twists = np.array([[_twist(problem, state, body.name) for state in row] for row in path])
-        powers = [(batch.pushes[:, :, k] * of).sum(-1) for of in (twists[:, :-1], twists[:, 1:])]
-        ends = problem.scene.step * np.sort(powers, axis=0)
-        slack = SLACK * np.abs(ends).max() + 1e-12
-        if engine.substeps == 1:
-            ends = np.repeat(ends.mean(axis=0, keepdims=True), 2, axis=0)
-        else:  # whose velocities nobody sees: what the way says, to a substep
-            ways = np.array([_ways(problem, row, body.name) for row in path])
-            middle, part = (batch.pushes[:, :, k] * ways).sum(-1), np.ptp(ends, axis=0)
-            ends = np.stack([middle - part / engine.substeps, middle + part / engine.substeps])
-            slack += TURN * np.abs(middle).max()
-        low, high = ends[0] - slack, ends[1] + slack
-        outside = (work[:, :, k] < low) | (work[:, :, k] > high)
-        if outside.any():
-            row, step = (int(i) for i in np.argwhere(outside)[0])
-            raise ValueError(
-                f"{engine!r}: the push on {body.name!r} in step {step} of row {row} works "
-                f"{work[row, step, k]:.6g} J, expected {ends[0, row, step]:.6g} to "
-                f"{ends[1, row, step]:.6g}, from f . v + tau . omega before and after the step"
-            )
-
-
-def _ways(problem: Problem, states: Numbers, name: str) -> Numbers:
-    """By how much a body's centre of mass moves and the body turns from state to state, (m, 6)."""
-    from scipy.spatial.transform import Rotation
-
-    places = [_center(problem, state, name) for state in states]
-    turns = Rotation.from_quat([turn for _, turn in places])
-    moves = np.diff([place for place, _ in places], axis=0)
-    return np.concatenate([moves, (turns[1:] * turns[:-1].inv()).as_rotvec()], axis=1)
-
-
-def _center(problem: Problem, state: Numbers, name: str) -> tuple[Numbers, Numbers]:
-    """A body's centre of mass and its orientation."""
-    from scipy.spatial.transform import Rotation
-
-    now, scene = problem.scene.unpack(state)[name], problem.scene
-    body = next(body for body in scene.bodies if body.name == name)
-    center = np.zeros(3) if body.inertial is None else np.array(body.inertial.center)
-    turn = np.array(now["orientation"])
-    return now["position"] + Rotation.from_quat(turn).apply(center), turn
-
-
-def _twist(problem: Problem, state: Numbers, name: str) -> Numbers:
-    """Velocity and angular velocity of a body at its centre of mass, shape (6,)."""
-    now = problem.scene.unpack(state)[name]
-    spin = np.array(now["angular_velocity"])
-    arm = _center(problem, state, name)[0] - now["position"]
-    return np.concatenate([now["velocity"] + np.cross(spin, arm), spin])
+def _off(one: Numbers, other: Numbers) -> str:
+    return f"{float(np.nanmax(np.abs(one - other))):.3g}"

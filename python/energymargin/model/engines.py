@@ -10,13 +10,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin._core import Problem, Scene, regions
-from energymargin.base.checks import shown
+from energymargin.base.checks import Numbers, shown
 from energymargin.base.plausibility import kept_warnings
-
-Numbers = NDArray[np.float64]
 
 FAR = 1e6  # m; nothing is there
 
@@ -78,9 +75,8 @@ class Engine(ABC):
     def start(self, states: Numbers) -> Numbers:
         """The memory, shape (n, h), with which rollouts begin at states (n, d)."""
         if self.memory:
-            raise TypeError(
-                f"the engine {self.name!r} has a memory, expected a start(states) of its own"
-            )
+            expected = "expected a start(states) of its own"
+            raise TypeError(f"the engine {self.name!r} has a memory, {expected}")
         return np.zeros((len(states), 0))
 
     @abstractmethod
@@ -123,6 +119,21 @@ class Engine(ABC):
             memory = self.start(states)
         return _shaped(self, "start", memory, (len(states), self.memory))
 
+    def _answer(self, batch: Batch) -> tuple[Numbers, Numbers, Numbers]:
+        """What `play` says, whose shapes are right."""
+        count, steps, objects = batch.pushes.shape[:3]
+        with self._alone:
+            answer = self.play(batch)
+        if not (isinstance(answer, tuple) and len(answer) == 3):
+            wrong = f"play of the engine {self.name!r} returned {shown(answer)}"
+            raise ValueError(f"{wrong}, expected (states, memory, work)")
+        of_states = (count, steps // batch.every, batch.states.shape[1])
+        return (
+            _shaped(self, "play: states", answer[0], of_states),
+            _shaped(self, "play: memory", answer[1], (count, self.memory)),
+            _shaped(self, "play: work", answer[2], (count, steps, objects)),
+        )
+
     def _play(
         self,
         *,
@@ -134,30 +145,13 @@ class Engine(ABC):
         steps: int,
         every: int,
     ) -> tuple[Numbers, Numbers, Numbers]:
-        """An answer, as flat rows, whose shapes are right."""
-        n, d = states.shape
-        by_name = commands.reshape(n, steps, -1)
-        batch = Batch(
-            states,
-            memory,
-            pushes.reshape(n, steps, -1, 6),
-            {name: by_name[:, :, i] for i, name in enumerate(commanded)},
-            steps,
-            every,
-        )
-        with self._alone:
-            answer = self.play(batch)
-        if not (isinstance(answer, tuple) and len(answer) == 3):
-            raise ValueError(
-                f"play of the engine {self.name!r} returned {shown(answer)}, expected (states, "
-                "memory, work)"
-            )
-        shapes = (n, steps // every, d), (n, self.memory), (n, steps, batch.pushes.shape[2])
-        parts = [
-            _shaped(self, f"play: {what}", part, shape)
-            for what, part, shape in zip(("states", "memory", "work"), answer, shapes, strict=True)
-        ]
-        return parts[0].reshape(-1, d), parts[1], parts[2].reshape(n * steps, -1)
+        """An answer to the core, as flat rows."""
+        count, dimension = states.shape
+        by_name = commands.reshape(count, steps, -1)
+        named = {name: by_name[:, :, i] for i, name in enumerate(commanded)}
+        wrenches = pushes.reshape(count, steps, -1, 6)
+        answer = self._answer(Batch(states, memory, wrenches, named, steps, every))
+        return answer[0].reshape(-1, dimension), answer[1], answer[2].reshape(count * steps, -1)
 
 
 def with_varied(problem: Problem, changes: Mapping[str, float]) -> Problem:

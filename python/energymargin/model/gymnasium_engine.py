@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from functools import partial
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from energymargin._core import Box, Scene
-from energymargin.base.checks import positive_number, shown
-from energymargin.model.engines import Engine, Numbers
+from energymargin.base.checks import Numbers, each_name, positive_number, shown
+from energymargin.model.engines import Engine
 from energymargin.model.policies import Policy
 from energymargin.model.serial_engines import MOST, Serial
 
@@ -88,7 +88,7 @@ class Gymnasium(Serial):
             self.scene: Scene = made.with_engine("native")
             """The scene that sets, pictures and searches know, without an engine."""
         else:
-            given = {"objects": _names(objects), "effector": _names(effector), "scene": scene}
+            given = {"objects": each_name(objects), "effector": each_name(effector), "scene": scene}
             self._inside = _inside(env, step=self.step, **given)
             self.scene, self.substeps = self._inside.scene, self._inside.substeps
         self.commands = _commands(env.action_space)
@@ -120,14 +120,11 @@ class Gymnasium(Serial):
         """
         if self._observe is None:
             raise ValueError("the environment has no _get_obs, expected an engine with observe=")
-        given = {
-            "observe": Last(self.observed),
-            "command": list(self.commands),
-            "period": self.step,
-        }
+        observe = partial(last, self.observed)
+        given: dict[str, Any] = {"observe": observe, "command": list(self.commands)}
         if not self.env.action_space.shape:
             given["convert"] = _columns
-        return Policy.from_gymnasium(self.env, model, **{**given, **options})
+        return Policy.from_gymnasium(self.env, model, **{"period": self.step, **given, **options})
 
     def put(self, state: Numbers) -> None:
         """As the base class says. Raises ValueError if only the environment can."""
@@ -150,9 +147,8 @@ class Gymnasium(Serial):
         if self._own is None:
             return inside, own
         if np.size(own) != self._own:
-            raise ValueError(
-                f"save returned {np.size(own)} numbers, expected {self._own}, as before"
-            )
+            expected = f"expected {self._own}, as before"
+            raise ValueError(f"save returned {np.size(own)} numbers, {expected}")
         return np.concatenate([inside, np.ravel(own)])
 
     def restore(self, saved: Any) -> None:
@@ -185,23 +181,21 @@ class Gymnasium(Serial):
         if self._inside is not None:
             return self._inside.read()
         state = self.scene.pack()
-        for name in self._read:
-            state[self.scene.slice(name)] = self._body(name)
+        for name, read in self._read.items():
+            state[self.scene.slice(name)] = _row(self.env, name, read)
         return np.asarray(state)
 
     def bodies(self) -> Numbers:
         """As the base class says."""
         if self._inside is not None:
             return self._inside.bodies()
-        return np.array([self._body(name) for name in self._objects])
+        return np.array([_row(self.env, name, read) for name, read in self._objects.items()])
 
     def __reduce__(self) -> tuple[Any, ...]:
         """With the environment, as that is pickled, and where it is; ValueError with handles."""
         if self.saved is None:
-            raise ValueError(
-                f"the engine {self.name!r} saves handles, expected numbers where it is pickled, as "
-                "for another process"
-            )
+            expected = "expected numbers where it is pickled, as for another process"
+            raise ValueError(f"the engine {self.name!r} saves handles, {expected}")
         own = {"save": self._save, "restore": self._restore, "push": self._push}
         given = {**self._given, **own, "step": self.step, "name": self.name}
         scene = self._scene_as_text(self.scene)
@@ -211,22 +205,11 @@ class Gymnasium(Serial):
         """As the base class says, flat: the parts of a dict in the order of its space."""
         return np.zeros(0) if self._observe is None else _flat(self.env, self._observe(self.env))
 
-    def _body(self, name: str) -> Numbers:
-        row = np.asarray(self._read[name](self.env), dtype=float)
-        if row.shape != (13,):
-            raise ValueError(f"the function of {name!r} has the shape {row.shape}, expected (13,)")
-        return row
 
-
-@dataclass(frozen=True)
-class Last:
-    """What an engine observed at states (n, s) with its memory behind them: the last numbers."""
-
-    count: int
-
-    def __call__(self, states: Numbers) -> Numbers:
-        """Shape (n, count)."""
-        return states[:, -self.count :]
+def last(count: int, states: Numbers) -> Numbers:
+    """What an engine observed at states (n, s) with its memory behind them: the last numbers, shape
+    (n, count)."""
+    return states[:, -count:]
 
 
 def _unpickled(
@@ -237,10 +220,8 @@ def _unpickled(
     engine._go_to(origin)
     engine._origin, engine.state = origin, engine.read()
     if not np.array_equal(engine.observe(), seen):
-        raise ValueError(
-            "the environment observes something else in another process, expected save= and "
-            "restore= of what it has besides MuJoCo's state, as a goal"
-        )
+        expected = "expected save= and restore= of what it has besides MuJoCo's state, as a goal"
+        raise ValueError(f"the environment observes something else in another process, {expected}")
     return engine
 
 
@@ -258,10 +239,8 @@ def _inside(env: Any, **given: Any) -> Inside:
     model = getattr(getattr(sim, "model", None), "_model", getattr(inner, "model", None))
     data = getattr(getattr(sim, "data", None), "_data", getattr(inner, "data", None))
     if model is None or data is None:
-        raise ValueError(
-            f"env is {shown(env)}, which has no model and data of MuJoCo, expected functions in "
-            "objects={...}, save= and restore="
-        )
+        expected = "expected functions in objects={...}, save= and restore="
+        raise ValueError(f"env is {shown(env)}, which has no model and data of MuJoCo, {expected}")
     from energymargin.mujoco.environment import Inside
 
     return Inside(model, data, **given)
@@ -271,12 +250,16 @@ def _columns(actions: Any) -> Numbers:
     return np.asarray(actions, dtype=float).reshape(len(actions), 1)
 
 
-def _names(bodies: Bodies) -> tuple[str, ...]:
-    return (bodies,) if isinstance(bodies, str) else tuple(bodies)
-
-
 def _functions(bodies: Bodies) -> dict[str, Read]:
     return dict(bodies) if isinstance(bodies, Mapping) else {}
+
+
+def _row(env: Any, name: str, read: Read) -> Numbers:
+    """What a function says of a body, shape (13,)."""
+    row = np.asarray(read(env), dtype=float)
+    if row.shape != (13,):
+        raise ValueError(f"objects has {name!r} of the shape {row.shape}, expected (13,)")
+    return row
 
 
 def _boxes(env: Any, objects: Mapping[str, Read], others: Mapping[str, Read], step: float) -> Scene:
@@ -284,9 +267,7 @@ def _boxes(env: Any, objects: Mapping[str, Read], others: Mapping[str, Read], st
     scene = Scene(gravity=(0, 0, 0), step=step)
     for role, bodies in (("object", objects), ("effector", others)):
         for name, read in bodies.items():
-            row = np.asarray(read(env), dtype=float)
-            if row.shape != (13,):
-                raise ValueError(f"objects has {name!r} of the shape {row.shape}, expected (13,)")
+            row = _row(env, name, read)
             place: dict[str, Any] = {"position": row[:3], "orientation": row[3:7]}
             scene.add_body(name, Box([SMALL] * 3), mass=ALONE, role=role, **place)
     return scene

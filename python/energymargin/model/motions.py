@@ -7,9 +7,9 @@ world's axes. Motions follow each other by `np.concatenate`, and the body stands
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from energymargin.base.checks import numbers_of, positive_number
+from energymargin.base.checks import Numbers, numbers_of, positive_number
 from energymargin.base.doors import check_doors
 
 __all__ = ["STEP", "hold", "lift", "shake", "turn"]
@@ -17,17 +17,15 @@ __all__ = ["STEP", "hold", "lift", "shake", "turn"]
 STEP = 1 / 240
 """Default duration of a row [s], the default step of a scene."""
 
-Rows = NDArray[np.float64]
 
-
-def hold(duration: float, *, step: float = STEP) -> Rows:
+def hold(duration: float, *, step: float = STEP) -> Numbers:
     """Stands still for a duration [s]."""
     return np.zeros((len(_times(duration, step)) - 1, 6))
 
 
 def lift(
     height: float, duration: float, *, direction: ArrayLike = (0.0, 0.0, 1.0), step: float = STEP
-) -> Rows:
+) -> Numbers:
     """Moves by a height [m] along a direction, shape (3,), in a duration [s], with the least jerk.
 
     Raises ValueError on a duration that is not above 0 and a direction of no length.
@@ -36,7 +34,7 @@ def lift(
     return _rows(way, _unit("direction", direction), np.zeros(3), step)
 
 
-def turn(axis: ArrayLike, angle: float, duration: float, *, step: float = STEP) -> Rows:
+def turn(axis: ArrayLike, angle: float, duration: float, *, step: float = STEP) -> Numbers:
     """Turns by an angle [rad] about an axis, shape (3,), through the origin of the body's frame, in
     a duration [s], with the least jerk.
 
@@ -54,7 +52,7 @@ def shake(
     *,
     about: bool = False,
     step: float = STEP,
-) -> Rows:
+) -> Numbers:
     """Swings to and fro along an axis, shape (3,), or about it.
 
     Args:
@@ -69,9 +67,8 @@ def shake(
     """
     positive_number("frequency", frequency)
     if duration * frequency < 2:
-        raise ValueError(
-            f"duration is {duration:g} s, expected at least two periods, {2 / frequency:g} s"
-        )
+        expected = f"expected at least two periods, {2 / frequency:g} s"
+        raise ValueError(f"duration is {duration:g} s, {expected}")
     times = _times(duration, step)
     swell = np.clip(np.minimum(times, duration - times) * frequency, 0, 1)
     way = float(amplitude) * _least_jerk(swell) * np.sin(2 * np.pi * frequency * times)
@@ -79,25 +76,23 @@ def shake(
     return _rows(way, none, unit, step) if about else _rows(way, unit, none, step)
 
 
-def _times(duration: float, step: float) -> NDArray[np.float64]:
+def _times(duration: float, step: float) -> Numbers:
     """Ends of the rows, from 0 to about the duration."""
     positive_number("duration", duration)
     positive_number("step", step)
     return np.linspace(0, duration, max(1, round(duration / step)) + 1)
 
 
-def _least_jerk(share: NDArray[np.float64]) -> NDArray[np.float64]:
+def _least_jerk(share: Numbers) -> Numbers:
     """From 0 to 1 with velocity and acceleration 0 at both ends."""
     return np.asarray(share**3 * (10 - 15 * share + 6 * share**2))
 
 
-def _rows(
-    way: NDArray[np.float64], along: NDArray[np.float64], about: NDArray[np.float64], step: float
-) -> Rows:
+def _rows(way: Numbers, along: Numbers, about: Numbers, step: float) -> Numbers:
     return np.outer(np.diff(way) / step, np.concatenate([along, about]))
 
 
-def _unit(name: str, axis: ArrayLike) -> NDArray[np.float64]:
+def _unit(name: str, axis: ArrayLike) -> Numbers:
     vector = numbers_of(name, axis, "three finite numbers", (3,))
     length = float(np.linalg.norm(vector))
     if length == 0:

@@ -17,9 +17,8 @@ def whole_steps(name: str, time: float, step: float) -> int:
     count = positive_number(name, time) / step
     if round(count) < 1 or abs(count - round(count)) > ROUNDING * max(count, 1.0):
         near = max(round(count), 1) * step
-        raise ValueError(
-            f"{name} is {time!r} s, expected whole steps of {step:.6g} s, such as {near:.6g}"
-        )
+        expected = f"expected whole steps of {step:.6g} s, such as {near:.6g}"
+        raise ValueError(f"{name} is {time!r} s, {expected}")
     return round(count)
 
 

@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import PolicyPlan
-from energymargin.base.checks import numbers_of, shown, whole_number
+from energymargin.base.checks import Numbers, numbers_of, shown, whole_number
 from energymargin.model.agents import arguments_of
 
-Rows = NDArray[np.float64]
-Observe = Sequence[str] | Callable[[Rows], ArrayLike]
+Observe = Sequence[str] | Callable[[Numbers], ArrayLike]
 
 
 class Policy(PolicyPlan):
@@ -56,7 +55,7 @@ class Policy(PolicyPlan):
 
     def __init__(
         self,
-        act: Callable[[Rows, Rows | None, float], Any],
+        act: Callable[[Numbers, Numbers | None, float], Any],
         *,
         period: float,
         command: Sequence[str],
@@ -75,14 +74,13 @@ class Policy(PolicyPlan):
         self.name = name or str(getattr(act, "__name__", type(act).__name__))
         """What errors call it."""
         self._act, self._convert, self._width = act, convert, len(command)
-        self._first: Rows | None = None
+        self._first: Numbers | None = None
         self._observe = observe if callable(observe) else None
         self._memory = 0 if memory is None else whole_number("memory", memory, 1)
         self._noise = np.atleast_1d(numbers_of("noise", [] if noise is None else noise))
         if self._noise.ndim > 1 or not (np.isfinite(self._noise) & (self._noise >= 0)).all():
-            raise ValueError(
-                f"noise is {shown(noise)}, expected numbers of at least 0, (d,) or one"
-            )
+            expected = "expected numbers of at least 0, (d,) or one"
+            raise ValueError(f"noise is {shown(noise)}, {expected}")
         super().__init__(
             self._answer,
             observed=[] if observe is None or callable(observe) else list(observe),
@@ -166,8 +164,8 @@ class Policy(PolicyPlan):
         return f"Policy({self.name!r})"
 
     def _answer(
-        self, time: float, number: int, seen: Rows, seeds: NDArray[np.uint64], memory: Rows
-    ) -> tuple[Rows, Rows]:
+        self, time: float, number: int, seen: Numbers, seeds: NDArray[np.uint64], memory: Numbers
+    ) -> tuple[Numbers, Numbers]:
         """Actions and memory of a block, as numbers."""
         try:
             return self._asked(time, number, seen, seeds, memory)
@@ -177,8 +175,8 @@ class Policy(PolicyPlan):
             raise kind(f"the policy {self.name!r}, asked at {time:.6g} s: {what}") from error
 
     def _asked(
-        self, time: float, number: int, seen: Rows, seeds: NDArray[np.uint64], memory: Rows
-    ) -> tuple[Rows, Rows]:
+        self, time: float, number: int, seen: Numbers, seeds: NDArray[np.uint64], memory: Numbers
+    ) -> tuple[Numbers, Numbers]:
         rows = len(seen)
         if self._observe is not None:
             seen = _numbers("observe", self._observe(seen), (rows, None))
@@ -197,7 +195,7 @@ class Policy(PolicyPlan):
             actions = np.repeat(self._first, rows, axis=0)
         return actions, memory
 
-    def _commands(self, answer: Any, rows: int) -> Rows:
+    def _commands(self, answer: Any, rows: int) -> Numbers:
         if self._convert is not None:
             answer = self._convert(answer)
         return _numbers("act", answer, (rows, self._width))
@@ -207,16 +205,15 @@ def _unpickled(name: str, code: bytes) -> Policy:
     try:
         arguments, first = pickle.loads(code)
     except (AttributeError, ImportError) as error:
-        raise ValueError(
-            f"this process has no code of the policy {name!r} ({error}), expected it in a module "
-            "that both can import, not in the script that runs"
-        ) from error
+        wrong = f"this process has no code of the policy {name!r} ({error})"
+        expected = "expected it in a module that both can import, not in the script that runs"
+        raise ValueError(f"{wrong}, {expected}") from error
     policy = Policy(**arguments)
     policy._first = first
     return policy
 
 
-def _numbers(name: str, given: Any, shape: tuple[int, int | None]) -> Rows:
+def _numbers(name: str, given: Any, shape: tuple[int, int | None]) -> Numbers:
     """What a function returned, as finite numbers."""
     array = np.asarray(given)
     if array.dtype.kind not in "fiu":

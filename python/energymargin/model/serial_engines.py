@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from energymargin.model.engines import Batch, Engine, Numbers
+from energymargin.base.checks import Numbers
+from energymargin.model.engines import Batch, Engine
 
 MOST = 1000
 LONGER = 100
@@ -226,11 +227,16 @@ class Serial(Engine):
         """Sum over the substeps at the means of the velocities before and after each."""
         twists = before[:, 7:], after[:, 7:]
         if self.substeps == 1:
-            ways = self.step * (twists[0] + twists[1]) / 2
+            moves = self.step * (twists[0] + twists[1]) / 2
         else:  # an implicit step ends where its last velocity leads
-            from scipy.spatial.transform import Rotation
+            moves = ways(before, after) - self.step / self.substeps * (twists[1] - twists[0]) / 2
+        return np.asarray((pushes * moves).sum(axis=1))
 
-            turns = Rotation.from_quat(after[:, 3:7]) * Rotation.from_quat(before[:, 3:7]).inv()
-            ways = np.concatenate([after[:, :3] - before[:, :3], turns.as_rotvec()], axis=1)
-            ways -= self.step / self.substeps * (twists[1] - twists[0]) / 2
-        return np.asarray((pushes * ways).sum(axis=1))
+
+def ways(before: Numbers, after: Numbers) -> Numbers:
+    """By how much centres of mass move and bodies turn from rows (n, 13) to others, as those of
+    `Serial.bodies`, shape (n, 6)."""
+    from scipy.spatial.transform import Rotation
+
+    turns = Rotation.from_quat(after[:, 3:7]) * Rotation.from_quat(before[:, 3:7]).inv()
+    return np.concatenate([after[:, :3] - before[:, :3], turns.as_rotvec()], axis=1)

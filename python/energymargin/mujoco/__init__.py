@@ -10,9 +10,8 @@ with needs_extra("a model of MuJoCo", "mujoco"):
     import mujoco  # noqa: F401
 
 from energymargin.mujoco.doctor import Diagnosis, Finding, doctor
-from energymargin.mujoco.engine import Engine
+from energymargin.mujoco.engine import Engine, problem
 from energymargin.mujoco.mjcf import model_of, to_mjcf
-from energymargin.mujoco.questions import problem
 from energymargin.mujoco.replay import Replay, replay
 from energymargin.mujoco.states import set_state, state, targets
 

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.base.checks import check_type, positive_number
+from energymargin.base.checks import Numbers, check_type, positive_number
 from energymargin.base.reprs import Record
 from energymargin.mujoco.states import require_data
 from energymargin.summary import Summarized
@@ -29,17 +29,11 @@ SAG = 0.1  # rad or m; a position drive that is off by more does not hold its lo
 HELD = 0.9  # of the load of a joint; a drive that gives less is not what holds it
 FEW = 3  # geoms that are named
 STEPS_OF_SOLREF = 2.0  # a time constant below so many steps is as stiff as none
-DIVERGES = (
-    *(mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL),
-    mujoco.mjtWarning.mjWARN_BADQACC,
-)
+DIVERGES = [getattr(mujoco.mjtWarning, f"mjWARN_BAD{what}") for what in ("QPOS", "QVEL", "QACC")]
 FIXED = mujoco.mjtGain.mjGAIN_FIXED
 PLAIN = (  # drives whose force follows their control
     *(mujoco.mjtDyn.mjDYN_NONE, mujoco.mjtDyn.mjDYN_FILTER, mujoco.mjtDyn.mjDYN_FILTEREXACT),
 )
-STIFFER = {"cone": mujoco.mjtCone.mjCONE_ELLIPTIC, "impratio": 10.0}
-
-Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -137,30 +131,19 @@ def _overlaps(model: Any, start: Any) -> Iterator[Finding]:
             yield Finding("overlap", pair, text)
 
 
-class Touching(NamedTuple):
-    """What may touch, and how the model says that it does."""
-
-    names: list[str]
-    solref: Vector
-    """Shape (n, 2)."""
-    margin: Vector
-    """[m]; contacts push from there on, shape (n,)."""
-
-
-def _touching(model: Any) -> Touching:
-    """Geoms and pairs of the model, or what its options put in their place."""
+def _touching(model: Any) -> tuple[list[str], Numbers, Numbers]:
+    """Names of what may touch, geoms and pairs or what options put in their place; the solref of
+    each, shape (n, 2); the margin [m] from which on contacts push, shape (n,)."""
     option, of = model.opt, mujoco.mjtObj
     if option.enableflags & mujoco.mjtEnableBit.mjENBL_OVERRIDE:
-        return Touching(["option"], option.o_solref[None].copy(), np.array([option.o_margin]))
+        return ["option"], option.o_solref[None].copy(), np.array([option.o_margin])
     geoms = np.flatnonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0))
     names = [_name(model, of.mjOBJ_GEOM, one) for one in geoms.tolist()]
     pairs = zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True)
     names += [" and ".join(_name(model, of.mjOBJ_GEOM, one) for one in pair) for pair in pairs]
     gaps = np.concatenate([model.geom_gap[geoms], model.pair_gap]) * _gap_is_taken_off()
     margins = np.concatenate([model.geom_margin[geoms], model.pair_margin])
-    return Touching(
-        names, np.concatenate([model.geom_solref[geoms], model.pair_solref]), margins - gaps
-    )
+    return names, np.concatenate([model.geom_solref[geoms], model.pair_solref]), margins - gaps
 
 
 @cache
@@ -176,31 +159,27 @@ def _gap_is_taken_off() -> bool:
 
 
 def _settings(model: Any) -> Iterator[Finding]:
-    step, touching = float(model.opt.timestep), _touching(model)
-    constant, other = touching.solref.T
+    step, (names, solref, margin) = float(model.opt.timestep), _touching(model)
+    constant, other = solref.T
     quick = (constant > 0) & (constant < STEPS_OF_SOLREF * step)
     if quick.any():
-        text = (
-            f"solref {constant[quick].min():g} s is below two steps of {step:g} s: contacts are "
-            "softer than it says, or ring; a timestep of half of it, or a longer solref"
-        )
-        yield Finding("solref", _first(touching.names, quick), text)
+        text = f"solref {constant[quick].min():g} s is below two steps of {step:g} s: contacts are "
+        text += "softer than it says, or ring; a timestep of half of it, or a longer solref"
+        yield Finding("solref", _first(names, quick), text)
     hard = (constant < 0) & (np.maximum(-constant * step**2, -other * step) > 1.0)
     if hard.any():
-        text = (
-            f"solref is a stiffness of {-constant[hard].min():g} /s^2 and a damping of "
-            f"{-other[hard].min():g} /s, too much for a step of {step:g} s: contacts ring or throw "
-            "things off; a shorter timestep, or a softer solref"
-        )
-        yield Finding("solref", _first(touching.names, hard), text)
-    pushes = touching.margin >= PUSHES
+        text = f"solref is a stiffness of {-constant[hard].min():g} /s^2 and a damping of "
+        text += f"{-other[hard].min():g} /s, too much for a step of {step:g} s: contacts ring or "
+        text += "throw things off; a shorter timestep, or a softer solref"
+        yield Finding("solref", _first(names, hard), text)
+    pushes = margin >= PUSHES
     if pushes.any():
-        most = 1e3 * float(touching.margin[pushes].max())
+        most = 1e3 * float(margin[pushes].max())
         text = f"margin pushes things off from {most:.3g} mm away; a smaller one does not"
-        yield Finding("margin", _first(touching.names, pushes), text)
+        yield Finding("margin", _first(names, pushes), text)
 
 
-def _moments(model: Any, data: Any) -> Vector:
+def _moments(model: Any, data: Any) -> Numbers:
     """What a unit of each actuator's force does at each degree of freedom, shape (nu, nv)."""
     dense = np.zeros((model.nu, model.nv))
     if hasattr(data, "moment_rownnz"):
@@ -210,7 +189,7 @@ def _moments(model: Any, data: Any) -> Vector:
     return np.reshape(data.actuator_moment, dense.shape)
 
 
-def _forces(model: Any) -> tuple[Vector, Vector]:
+def _forces(model: Any) -> tuple[Numbers, Numbers]:
     """Largest force of each actuator, and how stiff a servo is, whose targets limit no force."""
     gain, bias = np.abs(model.actuator_gainprm[:, 0]), model.actuator_biastype
     plain = np.isin(model.actuator_dyntype, PLAIN) & (model.actuator_gaintype == FIXED)
@@ -258,12 +237,12 @@ class Played(NamedTuple):
     that went farthest."""
     creeping: NDArray[np.intp]
     """Numbers of bodies that creep."""
-    speeds: Vector
+    speeds: Numbers
     """Of all bodies at the end [m/s], shape (b,)."""
     diverged: bool
     gave_way: NDArray[np.bool_]
     """Whether each degree of freedom has moved, shape (nv,)."""
-    given: Vector
+    given: Numbers
     """What drives give at the end, likewise [N, N m]."""
 
 
@@ -288,7 +267,8 @@ def _played(model: Any, start: Any, time: float) -> Played:
     speeds = (ways[1] + ways[2]) / (2 * half)
     away = np.linalg.norm(poses[-1][0] - poses[0][0], axis=1)
     turned = 2 * np.arccos(np.minimum(np.abs((poses[-1][1] * poses[0][1]).sum(axis=1)), 1.0))
-    creeping = (speeds > CREEP) & (speeds < STILL) & _are_free(model)
+    free = model.jnt_bodyid[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE]
+    creeping = (speeds > CREEP) & (speeds < STILL) & np.isin(np.arange(model.nbody), free)
     creeping &= (ways[2] > STEADY[0] * ways[1]) & (ways[2] < STEADY[1] * ways[1])
     dofs = _moments(model, data).any(axis=0)
     still = np.isin(model.body_rootid, model.body_rootid[model.dof_bodyid[dofs]])
@@ -302,19 +282,11 @@ def _played(model: Any, start: Any, time: float) -> Played:
     return Played(moved, np.flatnonzero(creeping), speeds, False, gave_way, given)
 
 
-def _are_free(model: Any) -> NDArray[np.bool_]:
-    """Of each body whether it has a free joint."""
-    free = np.zeros(model.nbody, bool)
-    free[model.jnt_bodyid[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE]] = True
-    return free
-
-
 def _told_creeps(model: Any, start: Any, time: float, played: Played) -> Iterator[Finding]:
     if not played.creeping.size:
         return
     other = copy(model)
-    for name, value in STIFFER.items():
-        setattr(other.opt, name, value)
+    other.opt.cone, other.opt.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, 10.0
     stiffer = _played(other, start, time)
     cone = "pyramidal" if model.opt.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL else "elliptic"
     for body in played.creeping.tolist():

@@ -12,16 +12,12 @@ from typing import Any
 import mujoco
 import numpy as np
 from mujoco import rollout as mujoco_rollout
-from numpy.typing import NDArray
 
 import energymargin as em
-from energymargin.base.checks import check_type, core_count
+from energymargin.base.checks import Numbers, check_type, core_count, each_name
+from energymargin.mujoco.models import scene_of, values_of, varied_model
 from energymargin.mujoco.reading import INTEGRATION, Columns, Reader
-from energymargin.mujoco.scene_of import scene_of
 from energymargin.mujoco.states import States, require_data
-from energymargin.mujoco.variation import values_of, varied_model
-
-Numbers = NDArray[np.float64]
 
 USER = mujoco.mjtState.mjSTATE_USER.value
 PIECE = 500  # steps, after which a rollout sees that it is interrupted
@@ -78,27 +74,22 @@ class Engine(em.engines.Engine):
         self.name, self.step = name, float(self.model.opt.timestep)
         self.threads = core_count("threads", threads)
         """Threads that step it."""
-        self._roles: dict[str, Any] = {"objects": _names(objects), "effector": _names(effector)}
-        self.scene: em.Scene = (
-            scene_of(self.model, self.data, **self._roles)
-            if scene is None
-            else scene.with_engine("native")
-        )
+        roles = {"objects": objects, "effector": effector}
+        self._roles: dict[str, Any] = {role: each_name(given) for role, given in roles.items()}
+        own = None if scene is None else scene.with_engine("native")
+        self.scene: em.Scene = own or scene_of(model, self.data, step=self.step, **self._roles)
         """The scene that sets, pictures and searches know, without an engine."""
         self._has_own_scene = scene is not None
         for body in self._roles["objects"]:
             if self.model.body_weldid[self.model.body(body).id] == 0:
-                raise ValueError(
-                    f"objects has {body!r}, which no joint lets move, expected bodies that a push "
-                    "can move"
-                )
+                expected = "expected bodies that a push can move"
+                raise ValueError(f"objects has {body!r}, which no joint lets move, {expected}")
         self.columns = Columns(self.model)
         """Where what is in its memory."""
         self.memory = self.columns.size
         addresses = getattr(model, "actuator_ctrladr", range(model.nu))  # as of MuJoCo 4
-        self._actuators = {
-            model.actuator(i).name or f"actuator{i}": int(addresses[i]) for i in range(model.nu)
-        }
+        actuators = [model.actuator(i).name or f"actuator{i}" for i in range(model.nu)]
+        self._actuators = dict(zip(actuators, map(int, addresses), strict=True))
         self.commands = {name: float(self.data.ctrl[at]) for name, at in self._actuators.items()}
         self.varies = values_of(self.model)
         self._states = States(self.scene, self.model, others=self.scene.pack())
@@ -124,7 +115,7 @@ class Engine(em.engines.Engine):
     def varied(self, changes: Mapping[str, float]) -> Engine:
         """As the base class says, from the same state and controls."""
         options = {"scene": self.scene, "threads": self.threads, "name": self.name}
-        return _engine_at(varied_model(self.model, changes), self.home, options)
+        return _engine_at(varied_model(self.model, changes), self.home, options, None)
 
     def read(self, memory: Numbers) -> Numbers:
         """States of the scene, shape (n, d), of memory (n, h)."""
@@ -162,10 +153,10 @@ class Engine(em.engines.Engine):
     ) -> None:
         """Some steps: memory becomes that after the last one, paths the physics after each."""
         columns, (count, steps) = self.columns, paths.shape[:2]
-        start, warm, user = (
-            memory[:, of] for of in (columns.physics, columns.warmstart, columns.user)
-        )
+        start, warm = memory[:, columns.physics], memory[:, columns.warmstart]
+        user = memory[:, columns.user]
         rows, over = iter(np.flatnonzero(~np.isnan(start[:, 0])).tolist()), Event()
+        how = {"control_spec": USER, "skip_checks": True, "nstep": steps}
 
         def work() -> None:
             try:
@@ -177,18 +168,9 @@ class Engine(em.engines.Engine):
                 if over.is_set():
                     break
                 own = slice(row, row + 1)
-                rollout.rollout(
-                    [self.model],
-                    [data],
-                    start[own],
-                    self._control(batch, row, user[row], some)[None],
-                    control_spec=USER,
-                    skip_checks=True,
-                    nstep=steps,
-                    initial_warmstart=warm[own],
-                    state=paths[own],
-                    sensordata=sensors,
-                )
+                control = self._control(batch, row, user[row], some)[None]
+                out = {"initial_warmstart": warm[own], "state": paths[own], "sensordata": sensors}
+                rollout.rollout([self.model], [data], start[own], control, **how, **out)
                 warm[row] = data.qacc_warmstart
             self._idle.append((data, rollout))
 
@@ -205,13 +187,11 @@ class Engine(em.engines.Engine):
     def _control(self, batch: em.engines.Batch, row: int, user: Numbers, some: slice) -> Numbers:
         """What the user of MuJoCo sets in some steps of a rollout, shape (steps, u)."""
         columns, pushes = self.columns, batch.pushes[row, some]
-        control = np.empty((len(pushes), user.size))
-        control[:] = user
+        control = np.tile(user, (len(pushes), 1))
         for name, values in batch.commands.items():
-            control[:, columns.control + self._actuators[name]] = values[row, some]
-        for number, body in enumerate(self._reader.objects):
-            at = columns.applied + 6 * body
-            control[:, at : at + 6] += pushes[:, number]
+            control[:, columns.controls_of_user[self._actuators[name]]] = values[row, some]
+        for number, body in enumerate(self.objects):
+            control[:, columns.applied_of_user[body]] += pushes[:, number]
         return control
 
     def _work(self, batch: em.engines.Batch, paths: Numbers) -> Numbers:
@@ -235,9 +215,7 @@ class Engine(em.engines.Engine):
         return _engine_at, (self.model, self.home, options, text)
 
 
-def _engine_at(
-    model: Any, home: Numbers, options: dict[str, Any], scene: str | None = None
-) -> Engine:
+def _engine_at(model: Any, home: Numbers, options: dict[str, Any], scene: str | None) -> Engine:
     """The engine of a model where MuJoCo's state is one."""
     if scene is not None:
         options = {"scene": Engine._scene_of_text(scene), **options}
@@ -248,17 +226,42 @@ def _engine_at(
     return Engine(model, data, **options)
 
 
+def problem(
+    model: Any,
+    data: Any = None,
+    *,
+    objects: Sequence[str] | str,
+    captured: em.regions.Region,
+    effector: Sequence[str] | str = (),
+    threads: int | None = None,
+    **question: Any,
+) -> em.Problem:
+    """The question whether objects stay where they are to be, in MuJoCo itself.
+
+    Args:
+        model: a `mujoco.MjModel`.
+        data: a `mujoco.MjData` that says where all starts, with its controls.
+        objects: bodies on which disturbances act, by name.
+        captured: the capture set, as of em.Problem.
+        effector: bodies of the robot, by name.
+        threads: that MuJoCo steps on; None: all cores.
+        question: as of em.engines.problem.
+
+    Raises ValueError as em.mujoco.Engine and em.Problem do.
+    """
+    engine = Engine(model, data, objects=objects, effector=effector, threads=threads)
+    return em.engines.problem(engine, captured=captured, **question)
+
+
 @cache
 def _pool(threads: int) -> ThreadPoolExecutor:
     """Shared by all engines of so many threads."""
     return ThreadPoolExecutor(threads, "mujoco")
 
 
-def _together(
-    pool: ThreadPoolExecutor, work: Callable[[], None], threads: int, over: Event
-) -> None:
+def _together(pool: ThreadPoolExecutor, work: Callable[[], None], count: int, over: Event) -> None:
     """Lets threads work. An interrupt comes through between two looks, and ends them soon."""
-    pending = [pool.submit(work) for _ in range(threads)]
+    pending = [pool.submit(work) for _ in range(count)]
     try:
         while wait(pending, LOOK).not_done:
             pass
@@ -267,7 +270,3 @@ def _together(
         wait(pending)
     for done in pending:
         done.result()
-
-
-def _names(given: Sequence[str] | str) -> tuple[str, ...]:
-    return (given,) if isinstance(given, str) else tuple(given)

@@ -7,33 +7,24 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 import energymargin as em
+from energymargin.base.checks import Numbers
+from energymargin.mujoco.models import scene_of
 from energymargin.mujoco.reading import INTEGRATION, Columns, Reader
-from energymargin.mujoco.scene_of import scene_of
 from energymargin.mujoco.states import States
-
-Numbers = NDArray[np.float64]
 
 
 class Inside:
     """The model and the data that an environment steps."""
 
     def __init__(
-        self,
-        model: Any,
-        data: Any,
-        *,
-        step: float,
-        objects: Sequence[str],
-        effector: Sequence[str],
-        scene: em.Scene | None,
+        self, model: Any, data: Any, scene: em.Scene | None, *, step: float, **roles: Sequence[str]
     ) -> None:
-        """`step`: of the environment [s]. Raises ValueError on names that the model lacks."""
+        """`step`: of the environment [s]; `roles`: objects and effector, by name. Raises ValueError
+        on names that the model lacks."""
         self.model, self.data = model, data
-        given: dict[str, Any] = {"objects": objects, "effector": effector, "step": step}
-        made = scene_of(model, data, **given) if scene is None else scene
+        made = scene_of(model, data, step=step, **roles) if scene is None else scene
         self.scene: em.Scene = made.with_engine("native")
         """Without an engine."""
         self.substeps = max(round(step / float(model.opt.timestep)), 1)

@@ -122,10 +122,8 @@ def _add_contacts(scene: em.Scene, bodies: Bodies, contacts: xml.Element, step: 
         slides, surface = scene.contact_friction(a, b), scene.contact_surface(a, b)
         of_patch = slides * OF_DISC * surface.patch_radius
         torsional, rolling = max(surface.torsional_friction, of_patch), surface.rolling_friction
-        law = {
-            "condim": "6" if rolling else "4" if torsional else "3",
-            "friction": (slides, slides, torsional, rolling, rolling),
-            "solref": (CONTACT_STEPS * step, 1.0),
-        }
+        condim = "6" if rolling else "4" if torsional else "3"
+        friction = (slides, slides, torsional, rolling, rolling)
+        law = {"condim": condim, "friction": friction, "solref": (CONTACT_STEPS * step, 1.0)}
         for one, other in product(bodies.geoms[a], bodies.geoms[b]):
             add(contacts, "pair", geom1=one, geom2=other, **law)

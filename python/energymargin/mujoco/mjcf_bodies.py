@@ -11,10 +11,10 @@ from typing import Any
 from xml.etree import ElementTree as xml
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import energymargin as em
+from energymargin.base.checks import Numbers
 
 HINGES = {"revolute": "hinge", "prismatic": "slide"}
 THINNER = 1e-4  # share of a box's edge, of each body in a plane more than of that before
@@ -23,13 +23,11 @@ CENTRAL = 1e-6  # m; a centre of mass so near to a frame's origin is there
 UNLIMITED = 1e6  # [rad] or [m], of one end that has no limit
 EQUALITY_STEPS = 2  # time constant of a mimic, the shortest that MuJoCo has
 
-Vector = NDArray[np.float64]
-
 
 class Bodies:
     """All bodies of a scene at a state, as elements of a document."""
 
-    def __init__(self, scene: em.Scene, state: Vector, root: xml.Element, step: float) -> None:
+    def __init__(self, scene: em.Scene, state: Numbers, root: xml.Element, step: float) -> None:
         """Adds them to the document's root; `step` [s] is MuJoCo's."""
         self.elements: dict[str, xml.Element] = {}
         self.geoms: dict[str, list[str]] = {}
@@ -190,7 +188,7 @@ class Bodies:
             add(element, "geom", name=name, **self._solid(solid, name, thinner), **at, **off)
         return element
 
-    def _thinner(self, body: em.Body, turn: Rotation) -> Vector:
+    def _thinner(self, body: em.Body, turn: Rotation) -> Numbers:
         """Shares of the edges of a body's boxes, shape (3,): in a plane no two are equally thick.
 
         Where the faces of two boxes lie in one plane, MuJoCo 3.11 finds contacts that are not
@@ -206,7 +204,7 @@ class Bodies:
             shares[across.argmax()] -= THINNER * len(self.geoms)
         return shares
 
-    def _solid(self, solid: Any, name: str, thinner: Vector) -> dict[str, Any]:
+    def _solid(self, solid: Any, name: str, thinner: Numbers) -> dict[str, Any]:
         if isinstance(solid, em.Plane):
             normal = np.array(solid.normal)
             at = {"pos": solid.offset * normal, "zaxis": normal}
@@ -290,6 +288,6 @@ def _axes(factor: Any) -> tuple[int, ...]:
     return tuple(axis for axis in range(3) if factor[axis] > 0.0)
 
 
-def _scalar_first(quaternion: Any) -> Vector:
+def _scalar_first(quaternion: Any) -> Numbers:
     """The quaternion w, x, y, z of x, y, z, w."""
     return np.roll(quaternion, 1)

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import energymargin as em
+from energymargin.base.checks import Numbers
 from energymargin.mujoco.states import States
-
-Numbers = NDArray[np.float64]
 
 INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION.value
 BODY = mujoco.mjtObj.mjOBJ_BODY
@@ -24,42 +23,25 @@ class Columns:
 
     def __init__(self, model: Any) -> None:
         """Of a `mujoco.MjModel`."""
-        kinds = mujoco.mjtState
-        bits = range(int(kinds.mjNSTATE))
-        sizes = {
-            bit: mujoco.mj_stateSize(model, 1 << bit) for bit in bits if INTEGRATION >> bit & 1
-        }
-        ends = dict(zip(sizes, np.cumsum(list(sizes.values())), strict=True))
+        bits = [bit for bit in range(int(mujoco.mjtState.mjNSTATE)) if INTEGRATION >> bit & 1]
+        sizes = [mujoco.mj_stateSize(model, 1 << bit) for bit in bits]
+        kinds = np.repeat([1 << bit for bit in bits], sizes)  # of each number of the whole
 
-        def of(kind: Any) -> NDArray[np.intp]:
-            chosen = [
-                np.arange(end - sizes[bit], end)
-                for bit, end in ends.items()
-                if kind.value >> bit & 1
-            ]
-            return np.concatenate(chosen).astype(np.intp)
+        def of(kind: str) -> NDArray[np.intp]:
+            return np.flatnonzero(kinds & getattr(mujoco.mjtState, f"mjSTATE_{kind}").value)
 
-        self.size = int(sum(sizes.values()))
+        self.size = len(kinds)
         """Of the whole."""
-        self.physics = of(kinds.mjSTATE_FULLPHYSICS)
+        self.physics = of("FULLPHYSICS")
         """What `mujoco.rollout` returns; the time is the first."""
-        self.warmstart, self.user = of(kinds.mjSTATE_WARMSTART), of(kinds.mjSTATE_USER)
-        self.controls = of(kinds.mjSTATE_CTRL)
-        self.qpos, self.qvel = of(kinds.mjSTATE_QPOS), of(kinds.mjSTATE_QVEL)
-        place = {int(column): at for at, column in enumerate(self.user)}
-        applied = of(kinds.mjSTATE_XFRC_APPLIED)
-        self.applied = place[int(applied[0])]
-        """Of the first force, among those of the user."""
-        self.control = place[int(self.controls[0])] if self.controls.size else 0
-        """Of the first control, among those of the user."""
-        whole = of(kinds.mjSTATE_XFRC_APPLIED)
-        self.applied_of_whole = slice(int(whole[0]), int(whole[-1]) + 1)
-        """Of all of these forces in the whole."""
-        first = int(self.controls[0]) if self.controls.size else 0
-        self.control_of_whole = slice(first, first + self.controls.size)
-        place = {int(column): at for at, column in enumerate(self.physics)}
-        self.qpos_of_physics = np.array([place[int(c)] for c in self.qpos], np.intp)
-        self.qvel_of_physics = np.array([place[int(c)] for c in self.qvel], np.intp)
+        self.warmstart, self.user = of("WARMSTART"), of("USER")
+        self.controls, self.applied = of("CTRL"), of("XFRC_APPLIED").reshape(-1, 6)
+        """Of each control, and of the wrench on each body, shape (b, 6)."""
+        self.controls_of_user = np.searchsorted(self.user, self.controls)
+        self.applied_of_user = np.searchsorted(self.user, self.applied)
+        self.qpos, self.qvel = of("QPOS"), of("QVEL")
+        self.qpos_of_physics = np.searchsorted(self.physics, self.qpos)
+        self.qvel_of_physics = np.searchsorted(self.physics, self.qvel)
 
 
 class Reader:
@@ -70,16 +52,14 @@ class Reader:
         self._scene, self._model, self._columns, self._states = scene, model, columns, states
         self.objects = [states.body_id(b.name) for b in scene.bodies if b.role == "object"]
         """Their numbers in the model."""
-        self._free = {
-            number: (int(model.jnt_qposadr[at]), int(model.jnt_dofadr[at]))
-            for at, number in enumerate(model.jnt_bodyid)
-            if model.jnt_type[at] == mujoco.mjtJoint.mjJNT_FREE
-        }
+        free = model.jnt_type == mujoco.mjtJoint.mjJNT_FREE
+        addresses = np.stack([model.jnt_qposadr, model.jnt_dofadr], axis=1)[free].tolist()
+        self._free = dict(zip(model.jnt_bodyid[free].tolist(), addresses, strict=True))
         self._slides = _slides(model)
         names = states.names
-        self._by_joints = all(number in self._free for _, number in names.free) and not (
-            names.missing or any(joint.held for joint, _ in names.moving)
-        )
+        held = any(joint.held for joint, _ in names.moving)
+        free = all(number in self._free for _, number in names.free)
+        self._by_joints = free and not (names.missing or held)
 
     def states(self, memory: Numbers) -> Numbers:
         """States of the scene, shape (m, n), of MuJoCo's whole states (m, h)."""
@@ -91,12 +71,10 @@ class Reader:
         for (body, _), rows in zip(names.free, bodies, strict=True):
             states[:, self._scene.slice(body.name)] = rows
         for joint, number in names.moving:
-            row, dof = (
-                states[:, self._scene.joint_slice(joint.name)],
-                self._model.jnt_dofadr[number],
-            )
-            row[:, 0] = memory[:, columns.qpos[self._model.jnt_qposadr[number]]]
-            row[:, 1] = 0.0 if joint.held else memory[:, columns.qvel[dof]]
+            position, dof = self._model.jnt_qposadr[number], self._model.jnt_dofadr[number]
+            rows = states[:, self._scene.joint_slice(joint.name)]
+            rows[:, 0] = memory[:, columns.qpos[position]]
+            rows[:, 1] = 0.0 if joint.held else memory[:, columns.qvel[dof]]
         return states
 
     def _free_joints(self, memory: Numbers) -> Iterator[Numbers]:

@@ -8,16 +8,13 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import energymargin as em
-from energymargin.base.checks import one_of, positive_number
+from energymargin.base.checks import Numbers, one_of, positive_number
 from energymargin.base.reprs import Record
 from energymargin.mujoco.simulation import Instant, Simulation, Ticks
 from energymargin.mujoco.states import Names, servos
-
-Vector = NDArray[np.float64]
 
 SCALE_STEP = 0.01  # between two strengths of the wrenches
 SAME = 1e-6  # [m], [m/s], [rad], ...: data further off are at another state than the problem
@@ -35,7 +32,7 @@ class Replay(Record):
     """Until then, integral of |f . v + tau . omega| dt [J]."""
     work: float
     """Integral of f . v + tau . omega over the same time [J]."""
-    state: Vector
+    state: Numbers
     """State of the scene at that time, shape (n,)."""
     distance: float
     """From the objects' positions here to those in MuJoCo at the end of the path, the most [m]."""
@@ -98,7 +95,7 @@ def replay(
     return Replay(first.escaped, *first.last, distance, angle, *least)
 
 
-def _path(escape: em.EscapeEffort) -> tuple[list[Edge], Vector]:
+def _path(escape: em.EscapeEffort) -> tuple[list[Edge], Numbers]:
     """Its edges, and the state to which they lead here."""
     if not len(escape.path):
         raise ValueError("escape has no path, expected one that leads out")
@@ -107,7 +104,7 @@ def _path(escape: em.EscapeEffort) -> tuple[list[Edge], Vector]:
     return [Edge(row, float(duration)) for row, duration in rows], tree.states[escape.path[-1]]
 
 
-def _undisturbed(problem: em.Problem) -> tuple[list[Edge], Vector]:
+def _undisturbed(problem: em.Problem) -> tuple[list[Edge], Numbers]:
     """The whole future, and where it ends here."""
     if problem.horizon is None:
         raise ValueError("escape is None, expected one for a problem without horizon and plan")
@@ -118,7 +115,7 @@ def _undisturbed(problem: em.Problem) -> tuple[list[Edge], Vector]:
     return [Edge(none, horizon)], here.states[-1]
 
 
-def _require_same(problem: em.Problem, state: Vector) -> None:
+def _require_same(problem: em.Problem, state: Numbers) -> None:
     """Raises ValueError unless the data are at the problem's state."""
     found, wanted = problem.scene.unpack(state), problem.scene.unpack(problem.state)
     for name in wanted.keys() - {"joints"}:
@@ -126,10 +123,8 @@ def _require_same(problem: em.Problem, state: Vector) -> None:
         speeds = [np.abs(one[w] - two[w]).max() for w in ("velocity", "angular_velocity")]
         off = float(max(*_between(one, two), *speeds))
         if off > SAME:
-            raise ValueError(
-                f"data has '{name}' off the problem's state by {off:.3g}, expected that state: "
-                "problem.with_state(...) takes that of the data"
-            )
+            expected = "expected that state: problem.with_state(...) takes that of the data"
+            raise ValueError(f"data has '{name}' off the problem's state by {off:.3g}, {expected}")
 
 
 def _require_targets(problem: em.Problem, model: Any, data: Any) -> None:
@@ -146,7 +141,7 @@ def _require_targets(problem: em.Problem, model: Any, data: Any) -> None:
             )
 
 
-def _apart(scene: em.Scene, state: Vector, other: Vector) -> tuple[float, float]:
+def _apart(scene: em.Scene, state: Numbers, other: Numbers) -> tuple[float, float]:
     """How far the objects are apart: distance [m] and angle [rad], the most of each."""
     one, two = scene.unpack(state), scene.unpack(other)
     objects = [body.name for body in scene.bodies if body.role == "object"]
@@ -154,7 +149,7 @@ def _apart(scene: em.Scene, state: Vector, other: Vector) -> tuple[float, float]
     return max(distances), max(angles)
 
 
-def _between(one: dict[str, Vector], two: dict[str, Vector]) -> tuple[float, float]:
+def _between(one: dict[str, Numbers], two: dict[str, Numbers]) -> tuple[float, float]:
     """Distance [m] and angle [rad] between two poses of a body."""
     turn = Rotation.from_quat([one["orientation"], two["orientation"]])
     distance = np.linalg.norm(one["position"] - two["position"])
@@ -168,7 +163,7 @@ CHECK = 1 / 60  # s between two looks, where a problem with a clock does not say
 class Edge(NamedTuple):
     """Wrenches that are held for a while."""
 
-    wrenches: Vector
+    wrenches: Numbers
     """On the k objects, shape (k, 6) [N, N m]."""
     duration: float
     """[s]."""
@@ -180,7 +175,7 @@ class Played(NamedTuple):
     escaped: bool
     last: Instant
     """The exit, or the end."""
-    end: Vector
+    end: Numbers
     """State at the end of the edges, shape (n,)."""
 
 
@@ -240,7 +235,7 @@ class EscapePlayer:
         simulation.advance(steps)
         return steps > 0
 
-    def _begin_edge(self, simulation: Simulation, wrenches: Vector) -> None:
+    def _begin_edge(self, simulation: Simulation, wrenches: Numbers) -> None:
         simulation.push(wrenches)
         if self._problem.effector == "drive":
             simulation.put(self._problem.edge_start(simulation.state()))
@@ -264,10 +259,8 @@ class EscapePlayer:
         horizon, between = self._problem.horizon, self._between_looks
         if horizon is None:
             return True
-        looks = self._looks.last(simulation.steps) + math.ceil(
-            self._problem.dwell / between - ALMOST
-        )
-        until = min(looks * between, horizon)
+        dwell = math.ceil(self._problem.dwell / between - ALMOST)  # looks
+        until = min((self._looks.last(simulation.steps) + dwell) * between, horizon)
         self._begin_edge(simulation, self._none)
         while self._go_to_look(simulation, until):
             if self._is_look(simulation) and not self._outside(simulation):

@@ -8,14 +8,13 @@ from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 import energymargin as em
+from energymargin.base.checks import Numbers
 from energymargin.mujoco.engine import Engine
+from energymargin.mujoco.models import geoms_of
 from energymargin.mujoco.reading import INTEGRATION
 from energymargin.mujoco.states import States, servos
-
-Vector = NDArray[np.float64]
 
 
 class Instant(NamedTuple):
@@ -27,7 +26,7 @@ class Instant(NamedTuple):
     """Integral of |f . v + tau . omega| dt [J]."""
     work: float
     """Integral of f . v + tau . omega [J]."""
-    state: Vector
+    state: Numbers
     """Shape (n,)."""
 
 
@@ -46,20 +45,9 @@ class Simulation:
         self.work = 0.0
         self.objects = self.engine.objects
         """Their numbers in the model."""
-        self._before = self.applied.copy()
+        self._before = self.row[self.engine.columns.applied]
         self._robot = ModelRobot(plan, model, self.states) if plan else None
         self.push(np.zeros((len(self.objects), 6)))
-
-    @property
-    def control(self) -> Vector:
-        """What the actuators are asked for from now on, a view of the row."""
-        return self.row[self.engine.columns.control_of_whole]
-
-    @property
-    def applied(self) -> Vector:
-        """Wrenches on all bodies from now on, a view of the row, shape (b, 6) [N, N m]."""
-        applied: Vector = self.row[self.engine.columns.applied_of_whole].reshape(-1, 6)
-        return applied
 
     @property
     def time(self) -> float:
@@ -71,7 +59,7 @@ class Simulation:
         """This one."""
         return Instant(self.time, self.effort, self.work, self.state())
 
-    def push(self, wrenches: Vector) -> None:
+    def push(self, wrenches: Numbers) -> None:
         """From now on wrenches act on the k objects, shape (k, 6) [N, N m]."""
         self._wrenches = wrenches
 
@@ -80,7 +68,7 @@ class Simulation:
         end = self.steps + steps
         while self.steps < end:
             some = end - self.steps
-            self.applied[:] = self._before
+            self.row[self.engine.columns.applied] = self._before
             if self._robot:
                 some = min(some, self._robot.held(self.steps))
                 self._robot.act(self, self.steps)
@@ -93,7 +81,7 @@ class Simulation:
             self.effort += float(np.abs(work).sum())
             self.work += float(work.sum())
 
-    def state(self) -> Vector:
+    def state(self) -> Numbers:
         """State of the scene, shape (n,)."""
         return np.asarray(self.engine.read(self.row[None])[0])
 
@@ -104,7 +92,7 @@ class Simulation:
         self.states.refresh(data)
         return data
 
-    def put(self, state: Vector) -> None:
+    def put(self, state: Numbers) -> None:
         """Goes on from another state, shape (n,)."""
         data = self.data()
         self.states.write(data, state)
@@ -144,9 +132,8 @@ class ModelRobot:
             )
         self._targets = [(found[joint], rows) for joint, rows in plan.targets.items()]
         self._rows = Ticks(plan.step, float(model.opt.timestep))
-        self._motors = [
-            (states.body_id(b), rows, self._limits(b)) for b, rows in plan.velocities.items()
-        ]
+        moved = plan.velocities.items()
+        self._motors = [(states.body_id(b), rows, self._limits(b)) for b, rows in moved]
 
     def held(self, step: int) -> int:
         """Steps from a step on for which all that `act` sets stays the same."""
@@ -158,19 +145,20 @@ class ModelRobot:
         """Sets the controls, and adds to the wrenches, for a step. A row begins at the step that is
         nearest to its time."""
         row, last = self._rows.last(step), self._plan.rows - 1
+        columns = simulation.engine.columns
         for servo, targets in self._targets:
             wanted = servo.control(float(targets[min(row, last)]))
-            simulation.control[servo.actuator.address] = wanted
+            simulation.row[columns.controls[servo.actuator.address]] = wanted
         if row > last:
             return
         for body, wrenches in self._wrenches:
-            simulation.applied[body] += wrenches[row]
+            simulation.row[columns.applied[body]] += wrenches[row]
         data = simulation.data() if self._motors else None
         for body, velocities, limits in self._motors:
             wrench = self._motor(data, body, velocities[row])
-            simulation.applied[body] += np.clip(wrench, -limits, limits)
+            simulation.row[columns.applied[body]] += np.clip(wrench, -limits, limits)
 
-    def _motor(self, data: Any, body: int, wanted: Vector) -> Vector:
+    def _motor(self, data: Any, body: int, wanted: Numbers) -> Numbers:
         """The wrench of a motor without limits, shape (6,)."""
         model, step = self._model, self._model.opt.timestep
         twist = self._states.twist(data, body, mujoco.mjtObj.mjOBJ_BODY)
@@ -183,15 +171,14 @@ class ModelRobot:
         turn = inertia @ (wanted[3:] - twist[:3]) / step
         return np.concatenate([model.body_subtreemass[body] * push, turn])
 
-    def _limits(self, name: str) -> Vector:
+    def _limits(self, name: str) -> Numbers:
         """Limits of a motor's force and torque, shape (6,)."""
         model, body = self._model, self._states.body_id(name)
         force, torque = self._plan.limits.get(name, (None, None))
         if force is None:
             force = SHARE_OF_WEIGHT * model.body_subtreemass[body] * STANDARD_GRAVITY
         if torque is None:
-            first = model.body_geomadr[body]
-            geoms = slice(first, first + model.body_geomnum[body])
+            geoms = geoms_of(model, body)
             reaches = np.linalg.norm(model.geom_pos[geoms], axis=1) + model.geom_rbound[geoms]
             torque = force * reaches.max(initial=0.0)
         return np.repeat([force, torque], 3)

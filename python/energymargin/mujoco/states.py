@@ -8,15 +8,13 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 import energymargin as em
-from energymargin.base.checks import check_shape, check_type
+from energymargin.base.checks import Numbers, check_shape, check_type
 from energymargin.base.plausibility import warn
 from energymargin.mujoco.mjcf_bodies import inertia_of
-
-Vector = NDArray[np.float64]
 
 PLACED = 1e-6  # [m], [rad]: what is further off is somewhere else
 FIXED = (
@@ -47,16 +45,14 @@ class States:
         self._free = [(body, at, scene.slice(body.name)) for body, at in names.free]
         self._own = [(joint, at, scene.joint_slice(joint.name)) for joint, at in names.moving]
         if others is None and names.missing:
-            raise ValueError(
-                f"the model does not have {', '.join(map(repr, names.missing))}; others=state says "
-                "where they are, as scene.pack(...) does"
-            )
+            wrong = f"the model does not have {', '.join(map(repr, names.missing))}"
+            raise ValueError(f"{wrong}; others=state says where they are, as scene.pack(...) does")
         self.rest = np.zeros(scene.dimension) if others is None else np.array(others, float)
         """`others`, or zeros."""
         check_shape("others", self.rest, (scene.dimension,))
         self._twist, self._ball = np.zeros(6), mujoco.mjtJoint.mjJNT_BALL
 
-    def read(self, data: Any) -> Vector:
+    def read(self, data: Any) -> Numbers:
         """The state in a `mujoco.MjData`, shape (n,), whose poses and velocities follow `qpos`."""
         self.refresh(data)
         state, model = self.rest.copy(), self._model
@@ -95,7 +91,7 @@ class States:
         mujoco.mj_comPos(self._model, data)
         mujoco.mj_comVel(self._model, data)
 
-    def twist(self, data: Any, body: int, point: Any) -> Vector:
+    def twist(self, data: Any, body: int, point: Any) -> Numbers:
         """Angular and linear velocity along the world's axes, shape (6,): of a body's frame
         (mjOBJ_XBODY) or centre of mass (mjOBJ_BODY)."""
         mujoco.mj_objectVelocity(self._model, data, point, body, self._twist, 0)
@@ -162,15 +158,12 @@ class States:
         data.qpos[at : at + np.size(position)] = position
         data.qvel[of : of + np.size(velocity)] = velocity
 
-    def _require(
-        self, data: Any, name: str, number: int, wanted: dict[str, Any], hint: str
-    ) -> None:
-        off = float(np.linalg.norm(data.xpos[number] - wanted["position"]))
-        turn = (_matrix(data, number).inv() * Rotation.from_quat(wanted["orientation"])).magnitude()
+    def _require(self, data: Any, name: str, body: int, wanted: dict[str, Any], hint: str) -> None:
+        off = float(np.linalg.norm(data.xpos[body] - wanted["position"]))
+        turn = (_matrix(data, body).inv() * Rotation.from_quat(wanted["orientation"])).magnitude()
         if max(off, turn) > PLACED:
-            raise ValueError(
-                f"body {name!r} is {off:.3g} m and {turn:.3g} rad from there in the model, {hint}"
-            )
+            away = f"{off:.3g} m and {turn:.3g} rad from there in the model"
+            raise ValueError(f"body {name!r} is {away}, {hint}")
 
 
 def _held_at(data: Any, joint: em.Joint, parent: int, child: int) -> float:
@@ -213,11 +206,8 @@ class Names:
         links = {joint.child for joint in scene.joints}
         ends = [body for body in scene.bodies if body.name not in links]
         there = [(body, bodies[body.name]) for body in ends if body.name in bodies]
-        between = [
-            (joint, bodies[joint.parent], bodies[joint.child])
-            for joint in scene.joints
-            if {joint.parent, joint.child} <= bodies.keys()
-        ]
+        jointed = [j for j in scene.joints if {j.parent, j.child} <= bodies.keys()]
+        between = [(j, bodies[j.parent], bodies[j.child]) for j in jointed]
         moving = [joint for joint in scene.joints if joint.type != "fixed"]
         self.bodies = bodies
         """All that the model has, by name."""
@@ -250,15 +240,13 @@ def require_data(model: Any, data: Any) -> None:
     sizes = {"nq": data.qpos.size, "nv": data.qvel.size, "nbody": len(data.xpos)}
     for name, size in sizes.items():
         if size != (wanted := int(getattr(model, name))):
-            raise ValueError(
-                f"data is of a model with {name} = {size}, expected that of the model, which has "
-                f"{wanted}: mujoco.MjData(model)"
-            )
+            expected = f"expected that of the model, which has {wanted}: mujoco.MjData(model)"
+            raise ValueError(f"data is of a model with {name} = {size}, {expected}")
 
 
 def state(
     scene: em.Scene, model: Any, data: Any, *, prefix: str = "", others: ArrayLike | None = None
-) -> Vector:
+) -> Numbers:
     """The state of a scene in a `mujoco.MjData`, shape (n,), for `problem.with_state`.
 
     Free bodies and joints are those of the model with the same names, behind `prefix`, as
@@ -357,9 +345,8 @@ class Servo:
 
 def servos(names: Names, model: Any) -> dict[str, Servo]:
     """By joint or tendon that is driven in the scene as in the model, by one actuator there."""
-    driven = {
-        names.prefix + name: actuator for name, actuator in em.scenes.actuators(model).items()
-    }
+    alone = em.scenes.actuators(model).items()
+    driven = {names.prefix + name: actuator for name, actuator in alone}
     moving: list[em.Joint | em.Tendon] = [joint for joint, _ in names.moving if not joint.held]
     return {
         of.name: Servo(of, driven[of.name])

@@ -8,6 +8,7 @@ captured while it is on the support's upper side: a support that tilts too far l
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -85,10 +86,8 @@ class BalanceTask(QuestionTask):
         """A random start state: the square on the support, both all but at rest."""
         x = OBJECT_START[0] + random.uniform(-SUPPORT_X_SPREAD, SUPPORT_X_SPREAD)
         speeds = random.uniform(-SPEED_SPREAD, SPEED_SPREAD, (2, 2))
-        return self._scene.pack(
-            object={"velocity": (*speeds[0], 0.0)},
-            effector={"position": (x, SUPPORT_Y + OVERLAP, 0.0), "velocity": (*speeds[1], 0.0)},
-        )
+        support = {"position": (x, SUPPORT_Y + OVERLAP, 0.0), "velocity": (*speeds[1], 0.0)}
+        return self._scene.pack(object={"velocity": (*speeds[0], 0.0)}, effector=support)
 
     def drive(self, params: Params, random: np.random.Generator) -> Drive:
         """Lift and torque on the support, drawn anew at each step, against its weight."""
@@ -111,41 +110,23 @@ class BalanceTask(QuestionTask):
 
     def captured_throughout(self, params: Params) -> regions.Region:
         """Z_cap of every instant: the square is on the support, wherever that has come to."""
-        return regions.Box(
-            "object",
-            center=(0.0, RESTING_HEIGHT, 0.0),
-            size=(SUPPORT_SIZE[0], 2 * HEIGHT_SPREAD, math.inf),
-            frame="effector",
-        )
+        size = (SUPPORT_SIZE[0], 2 * HEIGHT_SPREAD, math.inf)
+        return regions.Box("object", (0.0, RESTING_HEIGHT, 0.0), size, frame="effector")
 
     def succeeded(self, params: Params = NONE_DRAWN) -> regions.Region:
         """Z_suc: the square is on the support, above the goal height."""
-        return self.captured_throughout(params) & regions.HalfSpace(
-            "object", (0.0, -1.0, 0.0), -GOAL_Y
-        )
+        high = regions.HalfSpace("object", (0.0, -1.0, 0.0), -GOAL_Y)
+        return self.captured_throughout(params) & high
 
 
 def scene(holding: float = 0.0) -> Scene:
     """Floor, square and support, with a force of `holding` [N] along y on the support."""
     made = Scene(gravity=GRAVITY, step=STEP)
     made.add_body("floor", Box(FLOOR_SIZE), mass=0, position=FLOOR_POSITION, friction=FRICTION)
-    made.add_body(
-        "object",
-        Box(OBJECT_SIZE),
-        mass=OBJECT_MASS,
-        position=(*OBJECT_START, 0.0),
-        friction=FRICTION,
-        role="object",
-        **PLANAR,
-    )
-    made.add_body(
-        "effector",
-        Box(SUPPORT_SIZE),
-        mass=SUPPORT_MASS,
-        position=(OBJECT_START[0], SUPPORT_Y + OVERLAP, 0.0),
-        friction=FRICTION,
-        role="effector",
-        **PLANAR,
-        force=(0.0, holding, 0.0),
-    )
+    add = partial(made.add_body, friction=FRICTION)
+    square, place = Box(OBJECT_SIZE), (*OBJECT_START, 0.0)
+    add("object", square, mass=OBJECT_MASS, position=place, role="object", **PLANAR)
+    add = partial(made.add_body, friction=FRICTION, force=(0.0, holding, 0.0))
+    support, place = Box(SUPPORT_SIZE), (OBJECT_START[0], SUPPORT_Y + OVERLAP, 0.0)
+    add("effector", support, mass=SUPPORT_MASS, position=place, role="effector", **PLANAR)
     return made

@@ -84,10 +84,8 @@ def constructor_keywords(task: object) -> dict[str, Any]:
     names = [k.name for k in keywords if k.kind not in (k.VAR_KEYWORD, k.VAR_POSITIONAL)]
     missing = [name for name in names if not hasattr(task, name)]
     if missing:
-        raise ValueError(
-            f"{type(task).__name__} has no attribute for its parameter {missing[0]!r}: "
-            "set one of that name, or give the task `parameters`"
-        )
+        wrong = f"{type(task).__name__} has no attribute for its parameter {missing[0]!r}"
+        raise ValueError(f"{wrong}: set one of that name, or give the task `parameters`")
     return {name: getattr(task, name) for name in names}
 
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 from functools import cached_property
+from hashlib import sha256
 from pathlib import Path
 
 from energymargin._core import Contact, Problem, Region, Scene
@@ -26,7 +26,7 @@ class ProblemTask:
         says, is no problem, or has a plan or a horizon.
         """
         self.file = str(file)
-        self.digest = _digest(self.file) if self.file else ""
+        self.digest = sha256(Path(file).read_bytes()).hexdigest()[:DIGITS] if file else ""
         if digest not in ("", self.digest):
             raise ValueError(
                 f"{self.file} has changed since it was recorded with: its digest is "
@@ -57,25 +57,18 @@ class ProblemTask:
         """
         scene = self._problem.scene
         links = {joint.child for joint in scene.joints}
-        found = [
-            body.name
-            for body in scene.bodies
-            if body.role == role and not body.fixed and body.name not in links
-        ]
+        free = [body for body in scene.bodies if not body.fixed and body.name not in links]
+        found = [body.name for body in free if body.role == role]
         if len(found) != 1:
             shown = ", ".join(map(repr, found)) or "none"
-            raise ValueError(
-                f"{self.file} has {shown} with the role {role!r} that moves freely, on no joint, "
-                f"expected one: role={role!r} of Scene.add_body"
-            )
+            wrong = f"{self.file} has {shown} with the role {role!r} that moves freely, on no joint"
+            raise ValueError(f"{wrong}, expected one: role={role!r} of Scene.add_body")
         return found[0]
 
     def rollout(self, seed: int, frames: int = 10) -> Trajectory:
         """Raises ValueError: there are only recordings."""
-        raise ValueError(
-            f"task {self.name!r} makes no trajectories: it has those that `energymargin import "
-            "REC.csv --problem P.json` reads"
-        )
+        way = "it has those that `energymargin import REC.csv --problem P.json` reads"
+        raise ValueError(f"task {self.name!r} makes no trajectories: {way}")
 
     def scene(self, params: Params) -> Scene:
         """The problem's; the same for all recordings."""
@@ -95,7 +88,3 @@ class ProblemTask:
     ) -> Problem:
         """The question at a state, shape (n,)."""
         return self._problem.replace(state=state, contacts=contacts, start_outside=True)
-
-
-def _digest(file: str) -> str:
-    return hashlib.sha256(Path(file).read_bytes()).hexdigest()[:DIGITS]

@@ -7,6 +7,7 @@ is 10 cm above the desktop and does not fall. The box is captured while it is in
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -33,6 +34,7 @@ OBJECT_FRICTION = 1.0  # so a contact's coefficient is that of the fingers
 TABLE_SIZE = (0.6, 0.6, 0.1)  # m
 TABLE_MASS = 1e5  # kg; so what stands on it does not move it
 TABLE_FRICTION = 0.5
+SINKING: dict[str, Any] = {"linear_factor": (0, 0, 1), "angular_factor": (0, 0, 0)}
 OVERLAP = 1e-6  # m of the box in the table, which makes the contact there from the first step on
 
 # The fingers: position control with compliance. Palm joints hold (public implementation).
@@ -84,31 +86,18 @@ class GraspTask(FrictionTask):
     # both readings predict alike.
     plane = ("x", "z")
     length = 2.0  # s
-    longest_edge, rate = LONGEST_EDGE, RATE
-    friction_range = FRICTION_RANGE
+    longest_edge, rate, friction_range = LONGEST_EDGE, RATE, FRICTION_RANGE
     usual: ClassVar[Params] = {"clench": 1.0}
 
     def scene(self, params: Params) -> Scene:
         """Table, box and gripper, whose fingers clench."""
         made = Scene(gravity=GRAVITY, step=self.step)
-        made.add_body(
-            "table",
-            Box(TABLE_SIZE),
-            mass=TABLE_MASS,
-            position=(0.0, 0.0, -TABLE_SIZE[2] / 2),
-            friction=TABLE_FRICTION,
-            linear_factor=(0, 0, 1),
-            angular_factor=(0, 0, 0),
-            force=tuple(-TABLE_MASS * np.array(GRAVITY)),
-        )
-        made.add_body(
-            "object",
-            Box((OBJECT_EDGE,) * 3),
-            mass=OBJECT_MASS,
-            position=(0.0, 0.0, OBJECT_EDGE / 2 - OVERLAP),
-            friction=OBJECT_FRICTION,
-            role="object",
-        )
+        below, held = (0.0, 0.0, -TABLE_SIZE[2] / 2), tuple(-TABLE_MASS * np.array(GRAVITY))
+        add = partial(made.add_body, mass=TABLE_MASS, friction=TABLE_FRICTION)
+        add("table", Box(TABLE_SIZE), position=below, force=held, **SINKING)
+        add = partial(made.add_body, mass=OBJECT_MASS, friction=OBJECT_FRICTION, role="object")
+        above = (0.0, 0.0, OBJECT_EDGE / 2 - OVERLAP)
+        add("object", Box((OBJECT_EDGE,) * 3), position=above)
         from_urdf(
             data_file(GRIPPER),
             made,
@@ -128,12 +117,8 @@ class GraspTask(FrictionTask):
     def start(self, world: World, params: Params, random: np.random.Generator) -> Vector:
         """The box on the table, about under the middle of the open hand."""
         x, y = random.uniform(-OBJECT_SPREAD, OBJECT_SPREAD, 2)
-        return world.scene.pack(
-            object={
-                "position": (x, y, OBJECT_EDGE / 2 - OVERLAP),
-                "yaw": random.uniform(-OBJECT_YAW_SPREAD, OBJECT_YAW_SPREAD),
-            }
-        )
+        yaw = random.uniform(-OBJECT_YAW_SPREAD, OBJECT_YAW_SPREAD)
+        return world.scene.pack(object={"position": (x, y, OBJECT_EDGE / 2 - OVERLAP), "yaw": yaw})
 
     def drive(self, params: Params, random: np.random.Generator) -> Drive:
         """The fingers wait, and then clench with some noise; the table sinks."""
@@ -178,19 +163,12 @@ def _control(params: Params) -> dict[str, dict[str, Any]]:
     """Keywords of each joint: the bases of the fingers are held, the others clench."""
     control: dict[str, dict[str, Any]] = {_joint(finger, 0): {"held": True} for finger in FINGERS}
     for name, target in _clenched(params).items():
-        control[name] = {
-            "start": OPEN[int(name[-1]) - 1],
-            "target": target,
-            "stiffness": STIFFNESS,
-            "damping": DAMPING,
-        }
+        law = {"stiffness": STIFFNESS, "damping": DAMPING}
+        control[name] = {"start": OPEN[int(name[-1]) - 1], "target": target, **law}
     return control
 
 
 def _clenched(params: Params) -> dict[str, float]:
     """Where the control of each bending joint aims [rad]."""
-    return {
-        _joint(finger, number): params["clench"] * target
-        for finger in FINGERS
-        for number, target in enumerate(CLENCHED, 1)
-    }
+    angles = list(enumerate(CLENCHED, 1))
+    return {_joint(f, k): params["clench"] * angle for f in FINGERS for k, angle in angles}

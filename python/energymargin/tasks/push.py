@@ -7,6 +7,7 @@ the region that the pusher is about to sweep, given its instantaneous centre of 
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -73,8 +74,7 @@ class PushTask(FrictionTask):
     # "drive" is the default: the table's friction stops a pusher that coasts before the box slips
     # off, and the capture score's AUC falls by .02, its AP by .04.
     length = 2.5  # s
-    longest_edge, rate = LONGEST_EDGE, RATE
-    friction_range = FRICTION_RANGE
+    longest_edge, rate, friction_range = LONGEST_EDGE, RATE, FRICTION_RANGE
 
     def __init__(
         self, friction: float | None = None, effector: str = "drive", follow: bool = True
@@ -95,19 +95,13 @@ class PushTask(FrictionTask):
 
     def start(self, world: World, params: Params, random: np.random.Generator) -> Vector:
         """A random start state, drawn again while box and pusher overlap."""
-        x, y = OBJECT_START
         while True:
-            state: Vector = self.layout.pack(
-                object={"yaw": random.uniform(-OBJECT_YAW_SPREAD, OBJECT_YAW_SPREAD)},
-                effector={
-                    "position": (
-                        x + random.uniform(-EFFECTOR_X_SPREAD, EFFECTOR_X_SPREAD),
-                        y - random.uniform(*EFFECTOR_GAP_RANGE),
-                        EFFECTOR_HEIGHT / 2,
-                    ),
-                    "velocity": (0.0, random.uniform(*EFFECTOR_SPEED_RANGE), 0.0),
-                },
-            )
+            yaw = random.uniform(-OBJECT_YAW_SPREAD, OBJECT_YAW_SPREAD)
+            x = OBJECT_START[0] + random.uniform(-EFFECTOR_X_SPREAD, EFFECTOR_X_SPREAD)
+            y = OBJECT_START[1] - random.uniform(*EFFECTOR_GAP_RANGE)
+            speed = (0.0, random.uniform(*EFFECTOR_SPEED_RANGE), 0.0)
+            pusher = {"position": (x, y, EFFECTOR_HEIGHT / 2), "velocity": speed}
+            state: Vector = self.layout.pack(object={"yaw": yaw}, effector=pusher)
             if world.distance(state, "object", "effector") > 0:
                 return state
 
@@ -122,12 +116,10 @@ class PushTask(FrictionTask):
     def question(self, state: Vector, params: Params) -> dict[str, Any]:
         """Wrenches act on the box; one that has left the workspace has no bounds left to keep."""
         scale = params["friction"] / FRICTION_MIDDLE
+        force, torque = FORCE_BOUND * scale, TORQUE_BOUND * scale
         workspace = _between("x", *WORKSPACE) & _between("y", *WORKSPACE)
-        return {
-            "force": (FORCE_BOUND * scale, FORCE_BOUND * scale, 0.0),
-            "torque": (0.0, 0.0, TORQUE_BOUND * scale),
-            "within": workspace if workspace.contains(self.layout, state) else None,
-        }
+        within = workspace if workspace.contains(self.layout, state) else None
+        return {"force": (force, force, 0.0), "torque": (0.0, 0.0, torque), "within": within}
 
     def captured(self, state: Vector, params: Params = NONE_DRAWN) -> regions.Region:
         """Z_cap(z) of a state, shape (n,).
@@ -157,23 +149,13 @@ def scene(friction: float) -> Scene:
     """Table, wall, box and pusher, all of one friction coefficient."""
     made = Scene(gravity=GRAVITY, step=STEP)
     made.add_plane("table", friction=friction)
-    made.add_body("wall", Box(WALL_SIZE), mass=0, position=WALL_POSITION, friction=friction)
-    made.add_body(
-        "object",
-        Box(OBJECT_SIZE),
-        mass=OBJECT_MASS,
-        position=(*OBJECT_START, OBJECT_SIZE[2] / 2),
-        friction=friction,
-        role="object",
-    )
-    made.add_body(
-        "effector",
-        Cylinder(EFFECTOR_RADIUS, EFFECTOR_HEIGHT),
-        mass=EFFECTOR_MASS,
-        position=(OBJECT_START[0], OBJECT_START[1] - EFFECTOR_GAP_RANGE[1], EFFECTOR_HEIGHT / 2),
-        friction=friction,
-        role="effector",
-    )
+    add = partial(made.add_body, friction=friction)
+    add("wall", Box(WALL_SIZE), mass=0, position=WALL_POSITION)
+    place = (*OBJECT_START, OBJECT_SIZE[2] / 2)
+    add("object", Box(OBJECT_SIZE), mass=OBJECT_MASS, position=place, role="object")
+    behind = (OBJECT_START[0], OBJECT_START[1] - EFFECTOR_GAP_RANGE[1], EFFECTOR_HEIGHT / 2)
+    pusher = Cylinder(EFFECTOR_RADIUS, EFFECTOR_HEIGHT)
+    add("effector", pusher, mass=EFFECTOR_MASS, position=behind, role="effector")
     return made
 
 

@@ -8,6 +8,7 @@ each: are all discs in it, and is at least one?
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -75,41 +76,26 @@ class PushMultiTask(FrictionTask):
 
     name = "push-multi"
     length = 2.5  # s
-    longest_edge, rate = LONGEST_EDGE, RATE
-    friction_range = FRICTION_RANGE
+    longest_edge, rate, friction_range = LONGEST_EDGE, RATE, FRICTION_RANGE
 
     def scene(self, params: Params) -> Scene:
         """Table, discs and bar, all of the friction in `params`."""
         made = Scene(gravity=GRAVITY, step=STEP, margin=MARGIN)
         made.add_plane("table", friction=params["friction"])
-        for number, disc in enumerate(DISCS):
-            made.add_body(
-                disc,
-                Cylinder(DISC_RADIUS, DISC_HEIGHT),
-                mass=DISC_MASS,
-                position=(2 * (DISC_RADIUS + DISC_GAP) * number, DISC_AREA[1][1], DISC_HEIGHT / 2),
-                friction=params["friction"],
-                role="object",
-            )
-        made.add_body(
-            "bar",
-            Box(BAR_SIZE),
-            mass=BAR_MASS,
-            inertial=Inertial(inertia=(BAR_INERTIA,) * 3),
-            position=(0.0, 0.0, BAR_Z),
-            friction=params["friction"],
-            role="effector",
-            **PLANAR,
-        )
+        friction, disc = params["friction"], Cylinder(DISC_RADIUS, DISC_HEIGHT)
+        add = partial(made.add_body, mass=DISC_MASS, friction=friction, role="object")
+        for number, name in enumerate(DISCS):
+            x = 2 * (DISC_RADIUS + DISC_GAP) * number
+            add(name, disc, position=(x, DISC_AREA[1][1], DISC_HEIGHT / 2))
+        add = partial(made.add_body, mass=BAR_MASS, friction=friction, role="effector")
+        inertial = Inertial(inertia=(BAR_INERTIA,) * 3)
+        add("bar", Box(BAR_SIZE), inertial=inertial, position=(0.0, 0.0, BAR_Z), **PLANAR)
         return made
 
     def draw(self, random: np.random.Generator) -> dict[str, float]:
         """The friction, if the task leaves it open, how hard the hand pushes, and how it turns."""
-        return {
-            **super().draw(random),
-            "push": random.uniform(*PUSH_RANGE),
-            "turn": TURN_SPREAD * random.uniform(-1.0, 1.0) ** 3,
-        }
+        drawn, push = super().draw(random), random.uniform(*PUSH_RANGE)
+        return {**drawn, "push": push, "turn": TURN_SPREAD * random.uniform(-1.0, 1.0) ** 3}
 
     def start(self, world: World, params: Params, random: np.random.Generator) -> Vector:
         """Discs at random places in front of the bar, at rest; the bar moves."""
@@ -118,11 +104,9 @@ class PushMultiTask(FrictionTask):
             disc: {"position": (*place, DISC_HEIGHT / 2)}
             for disc, place in zip(DISCS, places, strict=True)
         }
-        moved["bar"] = {
-            "position": (random.uniform(-BAR_X_SPREAD, BAR_X_SPREAD), 0.0, BAR_Z),
-            "velocity": (0.0, random.uniform(*BAR_SPEED_RANGE), 0.0),
-            "angular_velocity": (0.0, 0.0, params["turn"]),
-        }
+        place = (random.uniform(-BAR_X_SPREAD, BAR_X_SPREAD), 0.0, BAR_Z)
+        speed, turn = (0.0, random.uniform(*BAR_SPEED_RANGE), 0.0), (0.0, 0.0, params["turn"])
+        moved["bar"] = {"position": place, "velocity": speed, "angular_velocity": turn}
         return np.asarray(self.layout.pack(**moved))
 
     def drive(self, params: Params, random: np.random.Generator) -> Drive:
@@ -137,10 +121,8 @@ class PushMultiTask(FrictionTask):
     def question(self, state: Vector, params: Params) -> dict[str, Any]:
         """Wrenches act on each disc."""
         scale = (params["friction"] / FRICTION_MIDDLE) ** 2
-        return {
-            "force": (FORCE_BOUND * scale, FORCE_BOUND * scale, 0.0),
-            "torque": (0.0, 0.0, TORQUE_BOUND * scale),
-        }
+        force, torque = FORCE_BOUND * scale, TORQUE_BOUND * scale
+        return {"force": (force, force, 0.0), "torque": (0.0, 0.0, torque)}
 
     def captured(self, state: Vector, params: Params = NONE_DRAWN) -> dict[str, regions.Region]:
         """Z_cap(z) of a state, shape (n,), for each disc.

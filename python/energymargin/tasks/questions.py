@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import ArrayLike
 
 from energymargin._core import Contact, Problem, Scene
@@ -68,18 +69,10 @@ class QuestionTask(ScriptedTask):
         last = self._last
         if last is None or last[0] != known:  # one scene for all frames of a trajectory
             last = self._last = (known, self.asked_scene(known))
-        return Problem(
-            last[1],
-            state,
-            captured=self.captured(state, known),
-            succeeded=self.succeeded(known),
-            effector=self.effector,
-            contacts=contacts,
-            start_outside=True,
-            duration=self.longest_edge,
-            rate=self.rate,
-            **self.question(state, known),
-        )
+        edges = {"effector": self.effector, "duration": self.longest_edge, "rate": self.rate}
+        sets = {"captured": self.captured(state, known), "succeeded": self.succeeded(known)}
+        asked: dict[str, Any] = {**edges, **sets, **self.question(state, known)}
+        return Problem(last[1], state, contacts=contacts, start_outside=True, **asked)
 
     def captured(self, state: Vector, params: Params = NONE_DRAWN) -> Regions:
         """Z_cap(z) of a state, shape (n,); by default that of every instant."""
@@ -105,7 +98,7 @@ class FrictionTask(QuestionTask):
         """Which numbers of a state are whose: the same with every friction."""
         return self.scene({"friction": self.friction_range[0]})
 
-    def draw(self, random: np.random.Generator) -> dict[str, float]:
+    def draw(self, random: Generator) -> dict[str, float]:
         """The friction, if the task leaves it open; it takes one draw either way."""
         friction = random.uniform(*self.friction_range)
         return {"friction": friction if self.friction is None else self.friction}
@@ -119,16 +112,12 @@ def drawn(name: str, params: Params | None, own: float | None) -> float:
     """A parameter of a trajectory, or else the task's own value; ValueError if neither is given."""
     value = (params or {}).get(name, own)
     if value is None:
-        raise ValueError(
-            f"the {name} is drawn for each trajectory: "
-            f"pass params=trajectory.params, or make the task with a {name}"
-        )
+        way = f"pass params=trajectory.params, or make the task with a {name}"
+        raise ValueError(f"the {name} is drawn for each trajectory: {way}")
     return value
 
 
-def places_apart(
-    random: np.random.Generator, area: ArrayLike, count: int, gap: float
-) -> list[Vector]:
+def places_apart(random: Generator, area: ArrayLike, count: int, gap: float) -> list[Vector]:
     """Random places (2,) more than `gap` [m] apart; `area`: (low, high) of x and of y [m]."""
     places: list[Vector] = []
     while len(places) < count:
@@ -141,8 +130,5 @@ def places_apart(
 def swept_from(scene: Scene, state: Vector, body: str) -> dict[str, Any]:
     """The planar motion of a body in a state, shape (n,), as `regions.Swept` takes it."""
     now = scene.unpack(state)[body]
-    return {
-        "position": now["position"][:2],
-        "velocity": now["velocity"][:2],
-        "yaw_rate": now["angular_velocity"][2],
-    }
+    position, velocity = now["position"][:2], now["velocity"][:2]
+    return {"position": position, "velocity": velocity, "yaw_rate": now["angular_velocity"][2]}

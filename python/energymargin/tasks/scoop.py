@@ -8,6 +8,7 @@ each box, so there are two questions of each: are all boxes in it, and is at lea
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -40,7 +41,6 @@ WALL_HEIGHT = 0.06  # m
 WALL = 0.008  # m, thickness of the side walls
 BACK = 0.02  # m, thickness of the back wall
 SCOOP_MASS = 1000.0  # kg, with the arm behind it: the boxes hardly slow it down
-FREE_AXES = (1.0, 1.0, 1.0)
 NO_TURNS = (0.0, 0.0, 0.0)
 FRICTION_RANGE = (0.02, 0.8)  # of the scoop, one draw a trajectory
 
@@ -80,42 +80,26 @@ class ScoopTask(FrictionTask):
     name = "scoop"
     plane = ("x", "z")
     length = 2.0  # s
-    longest_edge, rate = LONGEST_EDGE, RATE
-    friction_range = FRICTION_RANGE
+    longest_edge, rate, friction_range = LONGEST_EDGE, RATE, FRICTION_RANGE
 
     def scene(self, params: Params) -> Scene:
         """Table, boxes and scoop, with the friction in `params`."""
         made = Scene(gravity=GRAVITY, step=STEP)
         made.add_plane("table", friction=TABLE_FRICTION)
+        add = partial(made.add_body, mass=BOX_MASS, friction=BOX_FRICTION, role="object")
         for number, box in enumerate(BOXES):
-            made.add_body(
-                box,
-                Box((BOX_EDGE,) * 3),
-                mass=BOX_MASS,
-                position=(BOX_AREA[0][0], number * BOX_GAP, BOX_EDGE / 2),
-                friction=BOX_FRICTION,
-                role="object",
-            )
-        made.add_body(
-            "scoop",
-            scoop(),
-            mass=SCOOP_MASS,
-            friction=params["friction"],
-            role="effector",
-            linear_factor=FREE_AXES,
-            angular_factor=NO_TURNS,
-            force=tuple(-SCOOP_MASS * np.array(GRAVITY)),
-        )
+            place = (BOX_AREA[0][0], number * BOX_GAP, BOX_EDGE / 2)
+            add(box, Box((BOX_EDGE,) * 3), position=place)
+        held = tuple(-SCOOP_MASS * np.array(GRAVITY))
+        add = partial(made.add_body, mass=SCOOP_MASS, friction=params["friction"], force=held)
+        add("scoop", scoop(), role="effector", angular_factor=NO_TURNS)
         made.disable_collisions("scoop", "table")  # it glides over the table
         return made
 
     def draw(self, random: np.random.Generator) -> dict[str, float]:
         """The friction, if the task leaves it open, the scoop's speed, and how long its bend is."""
-        return {
-            **super().draw(random),
-            "speed": random.uniform(*SPEED_RANGE),
-            "bend": random.uniform(*BEND_RANGE),
-        }
+        drawn, speed = super().draw(random), random.uniform(*SPEED_RANGE)
+        return {**drawn, "speed": speed, "bend": random.uniform(*BEND_RANGE)}
 
     def start(self, world: World, params: Params, random: np.random.Generator) -> Vector:
         """Boxes at random places in front of the scoop, at rest; the scoop moves."""
@@ -162,22 +146,14 @@ class ScoopTask(FrictionTask):
 def _in_scoop(box: str, ahead: float = 0.0) -> regions.Region:
     """A box's centre is between the walls, or up to `ahead` [m] in front of the edge."""
     reach = LENGTH + RAMP + ahead
-    return regions.Box(
-        box,
-        center=(reach / 2, 0.0, CAPTURE_HEIGHT / 2),
-        size=(reach, WIDTH, CAPTURE_HEIGHT),
-        frame="scoop",
-    )
+    center, size = (reach / 2, 0.0, CAPTURE_HEIGHT / 2), (reach, WIDTH, CAPTURE_HEIGHT)
+    return regions.Box(box, center, size, frame="scoop")
 
 
 def _in_or_ahead(box: str) -> regions.Region:
     """As `_in_scoop`, with what the scoop sweeps in CAPTURE_AHEAD ahead of its edge."""
-    between = regions.Box(
-        box,
-        center=(0.0, 0.0, CAPTURE_HEIGHT / 2),
-        size=(np.inf, WIDTH, CAPTURE_HEIGHT),
-        frame="scoop",
-    )
+    center, size = (0.0, 0.0, CAPTURE_HEIGHT / 2), (np.inf, WIDTH, CAPTURE_HEIGHT)
+    between = regions.Box(box, center, size, frame="scoop")
     ahead, edge = (1.0, 0.0, 0.0), LENGTH + RAMP
     not_behind = regions.HalfSpace(box, (-1.0, 0.0, 0.0), 0.0, frame="scoop")
     near = regions.HalfSpace(box, ahead, edge, frame="scoop", ahead=CAPTURE_AHEAD)
@@ -209,8 +185,6 @@ def _ramp() -> Part:
     length = np.hypot(FLOOR - EDGE, RAMP)
     up = np.array([np.sin(slope), 0.0, np.cos(slope)])
     middle = np.array([LENGTH + RAMP / 2, 0.0, (FLOOR + EDGE) / 2])  # of its upper side
-    return Part(
-        Box((length, WIDTH, RAMP_PLATE)),
-        position=middle - RAMP_PLATE / 2 * up,
-        orientation=(0.0, np.sin(slope / 2), 0.0, np.cos(slope / 2)),
-    )
+    turn = (0.0, np.sin(slope / 2), 0.0, np.cos(slope / 2))
+    plate = Box((length, WIDTH, RAMP_PLATE))
+    return Part(plate, position=middle - RAMP_PLATE / 2 * up, orientation=turn)

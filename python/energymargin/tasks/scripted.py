@@ -6,37 +6,19 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin._core import (
-    Cancel,
-    Contact,
-    Plan,
-    Problem,
-    Region,
-    Scene,
-    Simulation,
-    World,
-    regions,
-)
+from energymargin import regions
+from energymargin._core import Cancel, Contact, Plan, Problem, Region, Scene, Simulation, World
 from energymargin.base.checks import one_of, seed_number, whole_number
 from energymargin.base.limits import Limit
 from energymargin.base.reprs import Record
-from energymargin.tasks.base import (
-    PLANE,
-    STEP,
-    Params,
-    Regions,
-    Task,
-    Vector,
-    any_inside,
-    constructor_keywords,
-    inside,
-    set_of_object,
-)
+from energymargin.tasks import base
+from energymargin.tasks.base import PLANE, STEP, Params, Regions, Task, Vector
 from energymargin.tasks.trajectories import Trajectory
 
 Following = Literal["script", "hold"]
@@ -51,10 +33,8 @@ def in_engine(task: Task, engine: str) -> Task:
     Raises ValueError on a task that is no ScriptedTask, and on an engine that there is not.
     """
     if not isinstance(task, ScriptedTask):
-        raise ValueError(
-            f"engine is {engine!r}, but task {task.name!r} makes its own scenes: build them with "
-            f"Scene(engine={engine!r})"
-        )
+        wrong = f"engine is {engine!r}, but task {task.name!r} makes its own scenes"
+        raise ValueError(f"{wrong}: build them with Scene(engine={engine!r})")
     Scene(engine=engine)
     made = copy(task)
     made.__class__ = type(type(task).__name__, (_InEngine, type(task)), {"engine": engine})
@@ -100,7 +80,7 @@ class ScriptedTask(Task):
     @property
     def parameters(self) -> dict[str, Any]:
         """The keywords that make this task again."""
-        return constructor_keywords(self)
+        return base.constructor_keywords(self)
 
     @abstractmethod
     def scene(self, params: Params) -> Scene:
@@ -149,7 +129,7 @@ class ScriptedTask(Task):
 
         def throughout(name: str | None) -> Region:
             def contains(states: Vector) -> NDArray[np.bool_]:
-                sets = [set_of_object(self.captured(state, params), name) for state in states]
+                sets = [base.set_of_object(self.captured(state, params), name) for state in states]
                 inside = [one.contains(layout, z) for one, z in zip(sets, states, strict=True)]
                 return np.array(inside, dtype=bool)
 
@@ -163,11 +143,7 @@ class ScriptedTask(Task):
         """Z_suc; with several objects, that of each by its name."""
 
     def plan(
-        self,
-        state: Vector,
-        time: float,
-        params: Params,
-        horizon: float | None = None,
+        self, state: Vector, time: float, params: Params, horizon: float | None = None
     ) -> Plan:
         """What the robot is about to do at a time [s] of its script: the script's mean from there.
 
@@ -199,9 +175,8 @@ class ScriptedTask(Task):
         try:
             return self.script(params)
         except KeyError as error:
-            raise ValueError(
-                f"params has no {error}, expected those of a trajectory: trajectory.params"
-            ) from error
+            expected = "expected those of a trajectory: trajectory.params"
+            raise ValueError(f"params has no {error}, {expected}") from error
 
     def future(
         self,
@@ -258,7 +233,7 @@ class ScriptedTask(Task):
         start = self.start(world, params, random)
         drive = self.drive(params, random)
 
-        recorded = np.round(np.linspace(0, self.steps, frames)).astype(int)
+        recorded = np.round(np.linspace(0, self.steps, frames)).astype(int).tolist()
         simulation = _simulate(world, start, drive, recorded, limit)
         captured, succeeded = self.labels(simulation.states, params)
         captured_any, succeeded_any = self.labels_any(simulation.states, params)
@@ -302,21 +277,17 @@ class ScriptedTask(Task):
         Returns the states at `times`, shape (K, n). Raises ValueError on other times.
         """
         limit = Limit(timeout, cancel)
-        first, *recorded = np.round(np.array([time, *np.ravel(times)]) / self.step).astype(int)
-        rising = np.diff([first, *recorded]) > 0
+        steps = np.round(np.array([time, *np.ravel(times)]) / self.step).astype(int)
+        (first, *recorded), rising = steps.tolist(), np.diff(steps) > 0
         if not (recorded and rising.all() and first >= 0 and recorded[-1] <= self.steps):
             raise ValueError(
                 f"times is {np.asarray(times).tolist()}, expected to rise from after {time:g} s "
                 f"to at most {self.length:g} s, the task's length"
             )
         drive = self.drive(params, np.random.default_rng(seed_number(seed)))
-        return _simulate(
-            World(self.scene(params)) if world is None else world,
-            state,
-            drive.between(first, recorded[-1]),
-            np.array(recorded) - first,
-            limit,
-        ).states
+        world = World(self.scene(params)) if world is None else world
+        drive = drive.between(first, recorded[-1])
+        return _simulate(world, state, drive, [step - first for step in recorded], limit).states
 
     def labels(
         self, states: Vector, params: Params, *, scene: Scene | None = None
@@ -327,8 +298,9 @@ class ScriptedTask(Task):
         these params, saves making one.
         """
         layout = self.scene(params) if scene is None else scene
-        captured = [inside(self.captured(state, params), layout, state).all() for state in states]
-        return np.array(captured), np.all(inside(self.succeeded(params), layout, states), axis=0)
+        captured = [base.inside(self.captured(z, params), layout, z).all() for z in states]
+        succeeded = base.inside(self.succeeded(params), layout, states)
+        return np.array(captured), np.all(succeeded, axis=0)
 
     def labels_any(
         self, states: Vector, params: Params, *, scene: Scene | None = None
@@ -338,29 +310,17 @@ class ScriptedTask(Task):
         As `labels`; None where there is one set for all objects.
         """
         layout = self.scene(params) if scene is None else scene
-        captured = [any_inside(self.captured(state, params), layout, state) for state in states]
-        return (
-            None if any(one is None for one in captured) else np.array(captured, dtype=bool),
-            any_inside(self.succeeded(params), layout, states),
-        )
+        some = [base.any_inside(self.captured(z, params), layout, z) for z in states]
+        captured = None if any(one is None for one in some) else np.array(some, dtype=bool)
+        return captured, base.any_inside(self.succeeded(params), layout, states)
 
 
 def _simulate(
-    world: World,
-    state: Vector,
-    drive: Drive,
-    record: NDArray[np.int64],
-    limit: Limit,
+    world: World, state: Vector, drive: Drive, record: list[int], limit: Limit
 ) -> Simulation:
     """One simulation to the last of the steps that are recorded, from 0, the state itself."""
-    return world.simulate(
-        state,
-        int(record[-1]),
-        drives=drive.wrenches,
-        targets=drive.targets,
-        record=record.tolist(),
-        **limit.rest(),
-    )
+    simulate = partial(world.simulate, drives=drive.wrenches, targets=drive.targets)
+    return simulate(state, record[-1], record=record, **limit.rest())
 
 
 class _InEngine(ScriptedTask):

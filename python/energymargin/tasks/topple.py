@@ -8,6 +8,7 @@ away instead of over.
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -23,8 +24,7 @@ from energymargin.tasks.scripted import Drive
 
 # The scene: all moves in the plane of x and z. The ground is the plane z = 0.
 GRAVITY = (0.0, 0.0, -9.81)  # m/s^2
-FREE_AXES = (1.0, 0.0, 1.0)  # x and z
-FREE_TURNS = (0.0, 1.0, 0.0)  # pitch
+PITCHING: dict[str, Any] = {"linear_factor": (1.0, 0.0, 1.0), "angular_factor": (0.0, 1.0, 0.0)}
 OBJECT_SIZE = (1.0, 1.0, 1.0)  # m
 OBJECT_MASS = 0.3  # kg, so a push of 1.63 N at the finger's height tips it
 OBJECT_START = (2.5, 0.0, 0.5)  # m, on the ground
@@ -36,8 +36,7 @@ BASE_X = 1.0  # m, start
 TIP_X = 1.7  # m, start
 STIFFNESS = 5.0  # N/m, of the spring between them
 REST_LENGTH = 1.0  # m
-RAIL_AXES = (1.0, 0.0, 0.0)
-NO_TURNS = (0.0, 0.0, 0.0)
+ON_RAIL: dict[str, Any] = {"linear_factor": (1.0, 0.0, 0.0), "angular_factor": (0.0, 0.0, 0.0)}
 # Coefficient of object and ground, one draw a trajectory; that of their contact is its square.
 # Ours: below about 0.64 the box slides away, about every second one. (Public code: 0.6 to 1.5.)
 FRICTION_RANGE = (0.4, 0.95)
@@ -82,34 +81,17 @@ class ToppleTask(FrictionTask):
     # it at rest, so that it never arrives, and the capture score's AP falls by a quarter.
     plane = ("x", "z")
     length = 1.5  # s
-    longest_edge, rate = LONGEST_EDGE, RATE
-    friction_range = FRICTION_RANGE
+    longest_edge, rate, friction_range = LONGEST_EDGE, RATE, FRICTION_RANGE
 
     def scene(self, params: Params) -> Scene:
         """Ground, box and finger, with the friction in `params`."""
         made = Scene(gravity=GRAVITY, step=STEP)
         made.add_plane("ground", friction=params["friction"])
-        made.add_body(
-            "object",
-            Box(OBJECT_SIZE),
-            mass=OBJECT_MASS,
-            position=OBJECT_START,
-            friction=params["friction"],
-            role="object",
-            linear_factor=FREE_AXES,
-            angular_factor=FREE_TURNS,
-        )
+        add = partial(made.add_body, mass=OBJECT_MASS, friction=params["friction"], role="object")
+        add("object", Box(OBJECT_SIZE), position=OBJECT_START, **PITCHING)
+        add = partial(made.add_body, mass=FINGER_MASS, friction=FINGER_FRICTION, role="effector")
         for name, x in (("base", BASE_X), ("fingertip", TIP_X)):
-            made.add_body(
-                name,
-                Sphere(FINGER_RADIUS),
-                mass=FINGER_MASS,
-                position=(x, 0.0, FINGER_HEIGHT),
-                friction=FINGER_FRICTION,
-                role="effector",
-                linear_factor=RAIL_AXES,
-                angular_factor=NO_TURNS,
-            )
+            add(name, Sphere(FINGER_RADIUS), position=(x, 0.0, FINGER_HEIGHT), **ON_RAIL)
         made.add_spring("base", "fingertip", stiffness=STIFFNESS, rest_length=REST_LENGTH)
         return made
 
@@ -121,11 +103,8 @@ class ToppleTask(FrictionTask):
 
     def question(self, state: Vector, params: Params) -> dict[str, Any]:
         """Wrenches act on the box."""
-        return {
-            "force": (FORCE_BOUND, 0.0, 0.0),
-            "torque": (0.0, TORQUE_BOUND, 0.0),
-            "force_weights": FORCE_WEIGHTS,
-        }
+        bounds = {"force": (FORCE_BOUND, 0.0, 0.0), "torque": (0.0, TORQUE_BOUND, 0.0)}
+        return {**bounds, "force_weights": FORCE_WEIGHTS}
 
     def captured_throughout(self, params: Params) -> regions.Region:
         """Z_cap of every instant: the edge about which the box turns is all but at rest."""

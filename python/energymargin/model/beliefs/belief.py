@@ -14,10 +14,9 @@ from itertools import islice, takewhile
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin._core import Problem, World
-from energymargin.base.checks import check_type, seed_number, whole_number
+from energymargin.base.checks import Numbers, check_type, seed_number, whole_number
 from energymargin.base.plausibility import kept_warnings
 from energymargin.base.reprs import Record
 from energymargin.model.beliefs.uncertainty import ERRORS, VALUES, Source, Uncertainty
@@ -34,7 +33,7 @@ BLOCK = 1024  # points that are made at a time, a power of 2
 HALF_STEP = 2.0**-31  # of the Sobol points, whose least is 0
 OPEN = (HALF_STEP, 1 - HALF_STEP)  # the ends of the unit interval: no quantile is infinite
 
-Question = Callable[[NDArray[np.float64]], Problem]
+Question = Callable[[Numbers], Problem]
 
 
 class Drawn(NamedTuple):
@@ -43,7 +42,7 @@ class Drawn(NamedTuple):
     problem: Problem
     moved: bool
     """Whether its bodies were moved apart."""
-    point: NDArray[np.float64]
+    point: Numbers
     """Where it was drawn in the unit cube, shape (D,)."""
 
 
@@ -53,7 +52,7 @@ class Particles(Record):
 
     problems: list[Problem]
     """Each with one draw."""
-    points: NDArray[np.float64]
+    points: Numbers
     """Where each was drawn in the unit cube, shape (N, D)."""
     sources: list[Source]
     """What was drawn; their inputs are the D columns of `points`."""
@@ -78,7 +77,7 @@ class Particles(Record):
         """So many of them; `separated` and `redrawn` stay those of all."""
         return replace(self, problems=self.problems[:count], points=self.points[:count])
 
-    def values(self, source: Source) -> NDArray[np.float64]:
+    def values(self, source: Source) -> Numbers:
         """What was drawn of a source: friction or mass, (N, 1); errors of a pose or velocity, (N,
         6), before bodies were moved apart."""
         before = list(takewhile(lambda one: one is not source, self.sources))
@@ -164,7 +163,7 @@ class Belief:
         """D, the independent numbers behind a draw."""
         return sum(len(source.inputs) for source in self.sources)
 
-    def particle(self, point: NDArray[np.float64]) -> tuple[Problem, bool] | None:
+    def particle(self, point: Numbers) -> tuple[Problem, bool] | None:
         """The problem at a point of the open unit cube, shape (D,), and whether its bodies were
         moved apart; None if the draw cannot be."""
         return self._made([values[0] for values in self._values(point[None])])
@@ -183,7 +182,7 @@ class Belief:
             raise ValueError("the mean of the belief has no place, expected smaller errors")
         return found[0]
 
-    def _values(self, points: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    def _values(self, points: Numbers) -> list[Numbers]:
         """Values of each source at points of the unit cube, shape (N, D)."""
         ends = np.cumsum([len(source.inputs) for source in self.sources])
         columns = np.split(points, ends[:-1], axis=1) if self.sources else []
@@ -193,7 +192,7 @@ class Belief:
     def _place(self) -> _Place:
         return _Place(self.problem, self.sources)
 
-    def _made(self, draws: list[NDArray[np.float64]]) -> tuple[Problem, bool] | None:
+    def _made(self, draws: list[Numbers]) -> tuple[Problem, bool] | None:
         """The problem with a draw of each source, as `particle`."""
         state = np.array(self.problem.state)
         changes: list[tuple[Source, float]] = []
@@ -210,7 +209,7 @@ class Belief:
         return _with_changes(self._question(found[0]), changes), found[1]
 
 
-def _points(dimension: int, count: int, seed: int) -> Iterator[NDArray[np.float64]]:
+def _points(dimension: int, count: int, seed: int) -> Iterator[Numbers]:
     """Points of a scrambled Sobol sequence in the open unit cube, each (D,), without end."""
     seed = seed_number(seed)
     if dimension == 0:
@@ -245,27 +244,26 @@ class _Place:
             smallest = min(float(np.ptp(part, axis=0).min()) / 2 for part in corners)
             self._most = max(self._overlap(problem.state), LEFT * smallest)
 
-    def of(self, state: NDArray[np.float64]) -> tuple[NDArray[np.float64], bool] | None:
+    def of(self, state: Numbers) -> tuple[Numbers, bool] | None:
         """The state, or another in which its bodies are apart, and whether it is another; None if
         they find no place."""
         if not self._bodies or self._overlap(state) <= self._most:
             return state, False
         try:
-            moved = moved_apart(
-                self._world, state, self._bodies, directions=self._directions.tolist()
-            )
+            axes = self._directions.tolist()
+            moved = moved_apart(self._world, state, self._bodies, directions=axes)
         except ValueError:  # no place, as between two others
             return None
         return (moved, True) if self._overlap(moved) <= self._most else None
 
-    def _overlap(self, state: NDArray[np.float64]) -> float:
+    def _overlap(self, state: Numbers) -> float:
         """The deepest that one of the bodies has [m]."""
         own = set(self._bodies)
         contacts = self._world.contacts(state)
         return max([0.0, *(-c.distance for c in contacts if own & {c.body_a, c.body_b})])
 
 
-def _add_error(body: NDArray[np.float64], quantity: str, error: NDArray[np.float64]) -> None:
+def _add_error(body: Numbers, quantity: str, error: Numbers) -> None:
     """To a body's part of a state, which is changed."""
     if quantity == "velocity":
         body[7:13] += error
@@ -325,10 +323,8 @@ def common_particles(beliefs: Sequence[Belief], seed: int) -> Iterator[CommonPar
     first, *others = (_said(belief.sources) for belief in beliefs)
     for number, other in enumerate(others, 1):
         if other != first:
-            raise ValueError(
-                f"uncertainty is of {first} in problem number 0, of {other} in number {number}, "
-                "expected the same bodies in the same order"
-            )
+            wrong = f"uncertainty is of {first} in problem number 0, of {other} in number {number}"
+            raise ValueError(f"{wrong}, expected the same bodies in the same order")
     random, refused = np.random.default_rng(seed), np.zeros(len(beliefs), dtype=int)
     number = made = 0
     while number - made < TRIES * (made + AT_FIRST):
@@ -352,10 +348,8 @@ def numbered_particle(belief: Belief, seed: int, number: int) -> Problem:
     points = (np.clip(random.random(belief.dimension), *OPEN) for _ in range(TRIES))
     found = next(filter(None, map(belief.particle, points)), None)
     if found is None:
-        raise ValueError(
-            f"{TRIES} draws of the uncertainty have no place or a friction or mass below 0, "
-            "expected smaller errors"
-        )
+        wrong = f"{TRIES} draws of the uncertainty have no place or a friction or mass below 0"
+        raise ValueError(f"{wrong}, expected smaller errors")
     return found[0]
 
 

@@ -12,10 +12,10 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from energymargin._core import Body, Scene
-from energymargin.base.checks import not_negative_number, numbers_of, shown
+from energymargin.base.checks import Numbers, not_negative_number, numbers_of, shown
 from energymargin.model.engines import Engine
 from energymargin.model.scenes.overlaps import require_untied
 
@@ -28,7 +28,7 @@ AXES = {
 }
 SYMMETRIC = 1e-9  # of a covariance, as a share of its largest entry
 
-Quantiles = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+Quantiles = Callable[[Numbers], Numbers]
 """From numbers of the open unit interval, shape (N,), to values."""
 
 
@@ -41,7 +41,7 @@ class Source:
     body: str
     inputs: tuple[str, ...]
     """The independent numbers behind it, D of them, as "x"; of a covariance its principal axes."""
-    values: Callable[[NDArray[np.float64]], NDArray[np.float64]]
+    values: Callable[[Numbers], Numbers]
     """From points of the unit cube, shape (N, D), to values (N, 1), or of a pose or a velocity to
     errors (N, 6)."""
     given: Any = None
@@ -90,14 +90,12 @@ class Uncertainty:
         """Checks all of it."""
         given = self.given
         if not given:
-            raise ValueError(
-                f"nothing is uncertain, expected one at least of {', '.join(QUANTITIES)}"
-            )
+            expected = f"expected one at least of {', '.join(QUANTITIES)}"
+            raise ValueError(f"nothing is uncertain, {expected}")
         for quantity, value in given.items():
             if quantity == "engine" and not isinstance(value, Mapping):
-                raise ValueError(
-                    f"engine is {shown(value)}, expected a dict by names that it varies"
-                )
+                expected = "expected a dict by names that it varies"
+                raise ValueError(f"engine is {shown(value)}, {expected}")
             for name, one in _by_body(quantity, value):
                 _check(f"{quantity}[{name!r}]" if name else quantity, quantity, one)
 
@@ -136,22 +134,18 @@ class Uncertainty:
         for quantity, value in self.given.items():
             if isinstance(scene.engine, Engine) and quantity not in ERRORS:
                 continue
-            known = {
-                own: one
-                for name, one in _by_body(quantity, value)
-                for own in ([name] if name else objects)
-            }
+            known = _by_name(quantity, value, objects)
             for name in known:
                 _check_body(scene, bodies, quantity, name)
             pairs = {n: one for n, one in known.items() if isinstance(one, Mapping)}
-            alone = {n: one for n, one in known.items() if n not in pairs}
-            for name, body in bodies.items():
-                if name in alone:
-                    at = body.surface if quantity.startswith(("torsional", "rolling")) else body
-                    center = getattr(at, quantity, 0.0) if quantity in VALUES else 0.0
-                    sources.append(source_of(quantity, name, alone[name], center))
+            alone = [name for name in bodies if name in known and name not in pairs]
+            for name in alone:
+                turns = quantity.startswith(("torsional", "rolling"))
+                at = bodies[name].surface if turns else bodies[name]
+                center = getattr(at, quantity, 0.0) if quantity in VALUES else 0.0
+                sources.append(source_of(quantity, name, known[name], center))
             if quantity == "friction":
-                sources += _pair_sources(scene, pairs, list(alone))
+                sources += _pair_sources(scene, pairs, alone)
         return [source for source in sources if source.inputs]
 
     def to_json(self) -> str:
@@ -169,9 +163,8 @@ class Uncertainty:
             raise ValueError(f"uncertainty is {shown(text)}, expected JSON: {error}") from error
         unknown = set(plain) - set(QUANTITIES) if isinstance(plain, dict) else {shown(plain)}
         if unknown:
-            raise ValueError(
-                f"uncertainty has {sorted(unknown)[0]!r}, expected some of {', '.join(QUANTITIES)}"
-            )
+            expected = f"expected some of {', '.join(QUANTITIES)}"
+            raise ValueError(f"uncertainty has {sorted(unknown)[0]!r}, {expected}")
         return Uncertainty(**{quantity: _from_plain(value) for quantity, value in plain.items()})
 
 
@@ -182,6 +175,12 @@ def _by_body(quantity: str, value: Any) -> list[tuple[str, Any]]:
     if not value or not all(isinstance(name, str) and name for name in value):
         raise ValueError(f"{quantity} is {shown(value)}, expected names of bodies as its keys")
     return list(value.items())
+
+
+def _by_name(quantity: str, value: Any, objects: Sequence[str]) -> dict[str, Any]:
+    """By the name of a body, or of what an engine varies; what is of all objects is of each."""
+    given = _by_body(quantity, value)
+    return {own: one for name, one in given for own in ([name] if name else objects)}
 
 
 def is_distribution(value: Any) -> bool:
@@ -203,10 +202,8 @@ def _check(place: str, quantity: str, value: Any) -> None:
 def _six(place: str, value: Any) -> list[Any]:
     if isinstance(value, (Sequence, np.ndarray)) and len(value) == 6:
         return list(value)
-    raise ValueError(
-        f"{place} is {shown(value)}, expected six standard deviations or distributions, or a "
-        "covariance (6, 6)"
-    )
+    expected = "expected six standard deviations or distributions, or a covariance (6, 6)"
+    raise ValueError(f"{place} is {shown(value)}, {expected}")
 
 
 def is_covariance(value: Any) -> bool:
@@ -216,15 +213,14 @@ def is_covariance(value: Any) -> bool:
     return isinstance(value, Sequence) and len(value) > 0 and isinstance(value[0], Sequence)
 
 
-def covariance_root(place: str, value: ArrayLike) -> NDArray[np.float64]:
+def covariance_root(place: str, value: ArrayLike) -> Numbers:
     """A square root of the matrix, (6, D): its principal axes, each as long as its deviation."""
     matrix = numbers_of(place, value, "a covariance (6, 6) of finite numbers", (6, 6))
     most = SYMMETRIC * np.abs(matrix).max()
     variances, axes = np.linalg.eigh((matrix + matrix.T) / 2)
     if np.abs(matrix - matrix.T).max() > most or variances.min() < -most:
-        raise ValueError(
-            f"{place} is no covariance, expected a symmetric matrix without negative axes"
-        )
+        expected = "expected a symmetric matrix without negative axes"
+        raise ValueError(f"{place} is no covariance, {expected}")
     there = variances > most
     return np.asarray(axes[:, there] * np.sqrt(variances[there]))[:, ::-1]
 
@@ -234,9 +230,8 @@ def _check_body(scene: Scene, bodies: Mapping[str, Body], quantity: str, name: s
     if body is None:
         raise ValueError(f"{quantity} names the body {name!r}, expected one of {', '.join(bodies)}")
     if not quantity.endswith("friction") and body.fixed:
-        raise ValueError(
-            f"{quantity} names the body {name!r}, which is fixed, expected one that moves"
-        )
+        expected = "expected one that moves"
+        raise ValueError(f"{quantity} names the body {name!r}, which is fixed, {expected}")
     if quantity in ERRORS:
         scene.slice(name)  # which a link does not have, and says so
         require_untied(scene, quantity, name)
@@ -258,24 +253,21 @@ def source_of(
     return _of_columns(quantity, body, value, columns)
 
 
-def _engine_sources(
-    engine: Engine, given: Mapping[str, Any], objects: Sequence[str]
-) -> list[Source]:
+def _engine_sources(engine: Engine, given: Mapping[str, Any], objects: list[str]) -> list[Source]:
     """Sources of what an engine varies. Raises ValueError on what it does not."""
     sources = []
     for quantity, value in given.items():
         if quantity in ERRORS:
             continue
-        for body, one in _by_body(quantity, value):
-            for own in [body] if body else objects:
-                name = own if quantity == "engine" else f"{quantity}.{own}"
-                if name not in engine.varies or isinstance(one, Mapping):
-                    known = ", ".join(engine.varies) or "nothing"
-                    raise ValueError(
-                        f"{quantity} is {shown(value)}, but the engine {engine.name!r} does not "
-                        f"vary {name!r}, expected some of {known}"
-                    )
-                sources.append(source_of("engine", name, one, engine.varies[name]))
+        for own, one in _by_name(quantity, value, objects).items():
+            name = own if quantity == "engine" else f"{quantity}.{own}"
+            if name not in engine.varies or isinstance(one, Mapping):
+                known = ", ".join(engine.varies) or "nothing"
+                raise ValueError(
+                    f"{quantity} is {shown(value)}, but the engine {engine.name!r} does not "
+                    f"vary {name!r}, expected some of {known}"
+                )
+            sources.append(source_of("engine", name, one, engine.varies[name]))
     return sources
 
 
@@ -314,16 +306,15 @@ def _of_columns(
     quantity: str, body: str, given: Any, columns: Mapping[str, Quantiles | None]
 ) -> Source:
     """A source of independent numbers; those that are known exactly take no input."""
-    drawn = [(k, of) for k, of in enumerate(columns.values()) if of is not None]
+    drawn = [(k, name, of) for k, (name, of) in enumerate(columns.items()) if of is not None]
 
-    def values(u: NDArray[np.float64]) -> NDArray[np.float64]:
+    def values(u: Numbers) -> Numbers:
         found = np.zeros((len(u), len(columns)))
-        for column, (k, of) in enumerate(drawn):
+        for column, (k, _, of) in enumerate(drawn):
             found[:, k] = of(u[:, column])
         return found
 
-    inputs = tuple(name for name, of in columns.items() if of is not None)
-    return Source(quantity, body, inputs, values, given)
+    return Source(quantity, body, tuple(name for _, name, _ in drawn), values, given)
 
 
 def _quantiles(place: str, value: Any, center: float) -> Quantiles | None:
@@ -339,7 +330,7 @@ def _quantiles(place: str, value: Any, center: float) -> Quantiles | None:
     return (lambda u: center + deviation * standard_normal(u)) if deviation else None
 
 
-def standard_normal(u: NDArray[np.float64]) -> NDArray[np.float64]:
+def standard_normal(u: Numbers) -> Numbers:
     """Its quantiles at numbers of the open unit interval."""
     from scipy.special import ndtri
 
@@ -381,9 +372,8 @@ def _from_plain(plain: Any) -> Any:
         return {name: _from_plain(one) for name, one in plain.items()}
     distribution = _of_scipy(plain["distribution"])
     if distribution is None:
-        raise ValueError(
-            f"distribution is {plain['distribution']!r}, expected the name of one of scipy.stats"
-        )
+        expected = "expected the name of one of scipy.stats"
+        raise ValueError(f"distribution is {plain['distribution']!r}, {expected}")
     return distribution(*plain.get("args", ()), **plain.get("kwds", {}))
 
 

@@ -5,6 +5,7 @@ XML has entities that stand for others, a DAE file nodes that stand for others, 
 
 from __future__ import annotations
 
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from xml.parsers import expat
 
@@ -53,18 +54,11 @@ def check_collada(path: Path) -> None:
 def _check_instances(nodes: dict[str, list[str]]) -> None:
     """Raises ValueError if nodes hold themselves, or too much."""
     sizes: dict[str, int] = {}
-    for name in nodes:
-        waiting = [name]
-        while waiting:
-            at = waiting[-1]
-            parts = nodes.get(at, [])
-            new = [part for part in parts if part not in sizes and part in nodes]
-            if at in sizes or not new:
-                sizes[at] = 1 + sum(sizes.get(part, 1) for part in parts)
-                waiting.pop()
-            elif new[0] in waiting:
-                raise ValueError(f"its node {new[0]!r} holds itself")
-            else:
-                waiting.append(new[0])
-            if sizes.get(at, 0) > MOST_INSTANCES:
-                raise ValueError(f"its nodes stand for more than {MOST_INSTANCES} instances")
+    try:
+        order = list(TopologicalSorter(nodes).static_order())  # those that others hold come first
+    except CycleError as error:
+        raise ValueError(f"its node {error.args[1][0]!r} holds itself") from error
+    for name in order:
+        sizes[name] = 1 + sum(sizes[part] for part in nodes.get(name, ()))
+        if sizes[name] > MOST_INSTANCES:
+            raise ValueError(f"its nodes stand for more than {MOST_INSTANCES} instances")

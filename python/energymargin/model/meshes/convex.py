@@ -23,19 +23,17 @@ from functools import cache
 from importlib.metadata import version
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
+from trimesh import Trimesh
 
 from energymargin.base.bars import bar
 from energymargin.base.limits import Limit
 from energymargin.base.replacing import replaced
 from energymargin.model.meshes.solids import Faces, Points, Solid, joined, points_within
-
-if TYPE_CHECKING:
-    from trimesh import Trimesh
 
 log = logging.getLogger("energymargin")
 
@@ -102,10 +100,8 @@ class Decomposition:
             return [corners(vertices, self.max_points)]
         settings: dict[str, Any] = {**SEARCH, "threshold": self.threshold, "seed": self.seed}
         settings["preprocess_mode"] = "off" if closed else "on"
-        return cached(
-            [vertices, faces, json.dumps([settings, self.max_points, version("coacd")])],
-            lambda: self._decomposed(vertices, faces, settings),
-        )
+        how = json.dumps([settings, self.max_points, version("coacd")])
+        return cached([vertices, faces, how], lambda: self._decomposed(vertices, faces, settings))
 
     def _decomposed(self, vertices: Points, faces: Faces, settings: dict[str, Any]) -> list[Points]:
         """Points (k, 3) of the parts that coacd makes; says that it takes long."""
@@ -245,13 +241,11 @@ def cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "energymargin"
 
 
-def cached(
-    contents: Sequence[str | NDArray[Any]], make: Callable[[], list[Points]]
-) -> list[Points]:
-    """Arrays that follow from the contents alone, from the cache if they are there."""
+def cached(content: Sequence[str | NDArray[Any]], make: Callable[[], list[Points]]) -> list[Points]:
+    """Arrays that follow from the content alone, from the cache if they are there."""
     digest = hashlib.sha256()
-    for content in contents:
-        data = content.encode() if isinstance(content, str) else content.tobytes()
+    for part in content:
+        data = part.encode() if isinstance(part, str) else part.tobytes()
         digest.update(len(data).to_bytes(8, "little"))
         digest.update(data)
     file = cache_folder() / "convex" / f"{digest.hexdigest()}.npz"

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from manifold3d import Manifold
 
 from energymargin.model.meshes.convex import NOTHING, Decomposition, cached, corners
 from energymargin.model.meshes.deviation import (
@@ -17,9 +18,6 @@ from energymargin.model.meshes.deviation import (
     union,
 )
 from energymargin.model.meshes.solids import Points, Solid, triangles
-
-if TYPE_CHECKING:
-    from manifold3d import Manifold
 
 MOST_PARTS = 1_000
 TURNS = 8  # planes through the line from the farthest point to the mesh, of which the best one cuts
@@ -41,7 +39,7 @@ class CutPiece(NamedTuple):
 
 
 def parts_within(
-    accuracy: float, parts: Sequence[Points], bodies: Sequence[Solid], how: Decomposition
+    accuracy: float, parts: list[Points], bodies: Sequence[Solid], how: Decomposition
 ) -> list[Points]:
     """Convex parts, each (k, 3), no farther than `accuracy` [m] from bodies, cut from given ones.
 
@@ -67,9 +65,7 @@ def parts_within(
     return cached(["cut", f"{accuracy!r} {how.max_points}", *contents], thinned)
 
 
-def _cut(
-    accuracy: float, parts: Sequence[Points], mesh: Manifold, how: Decomposition
-) -> list[Points]:
+def _cut(accuracy: float, parts: list[Points], mesh: Manifold, how: Decomposition) -> list[Points]:
     """Parts, each (k, 3), of which none sticks out of the mesh by more than `accuracy` [m].
 
     The piece of the mesh in each given part, and what is in none, is cut in two where its hull is
@@ -84,17 +80,13 @@ def _cut(
     ]
     together = union([solid.hull() for solid in solids])
     outside = Surface(together)
-    left = [
-        rest
-        for rest in (mesh - together).decompose()
-        if outside.farthest(rest, QUICK)[0] > LEFT * accuracy
-    ]
+    rests = (mesh - together).decompose()
+    left = [rest for rest in rests if outside.farthest(rest, QUICK)[0] > LEFT * accuracy]
 
     def measured(solids: Sequence[Manifold]) -> list[CutPiece]:
         how.limit.require(f"{how.path} was decomposed")
-        return [
-            _piece(one, mesh, surface, accuracy) for one in solids if one.hull().volume() > least
-        ]
+        large = [solid for solid in solids if solid.hull().volume() > least]
+        return [_piece(solid, mesh, surface, accuracy) for solid in large]
 
     pieces = measured([*solids, *left])
     while (worst := max(pieces, key=lambda piece: piece.distance)).distance > accuracy:

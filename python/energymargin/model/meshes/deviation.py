@@ -7,15 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from manifold3d import Manifold, Mesh64, OpType
+from scipy.spatial import cKDTree
+from trimesh import Trimesh, proximity
+from trimesh.triangles import closest_point
 
 from energymargin.model.meshes.solids import Faces, Points, Solid
-
-if TYPE_CHECKING:
-    from manifold3d import Manifold
-    from trimesh import Trimesh
 
 DIGITS = 4  # of a figure; more are noise
 SAMPLES = 10_000  # points on a surface, or in a difference
@@ -52,15 +51,11 @@ def deviation(solid: Manifold, parts: Sequence[Points]) -> Deviation:
 
 def union(solids: Sequence[Manifold]) -> Manifold:
     """Several solids as one."""
-    from manifold3d import Manifold, OpType
-
     return Manifold.batch_boolean(list(solids), OpType.Add)
 
 
 def hull(points: Points) -> Manifold:
     """The convex hull of points, shape (n, 3)."""
-    from manifold3d import Manifold
-
     return Manifold.hull_points(points)
 
 
@@ -79,8 +74,6 @@ def _bounded(surface: Trimesh) -> Manifold:
 
 def manifold(vertices: Points, faces: Faces) -> Manifold:
     """The solid of a surface; its status says if that has holes."""
-    from manifold3d import Manifold, Mesh64
-
     points, corners = np.array(vertices, float, order="C"), np.array(faces, np.uint64, order="C")
     return Manifold(Mesh64(points, corners))  # which takes no view that cannot be written to
 
@@ -92,10 +85,8 @@ def corners_of(solid: Manifold) -> Points:
 
 def mesh_of(solid: Manifold) -> Trimesh:
     """The surface of a solid."""
-    import trimesh
-
     mesh = solid.to_mesh64()
-    return trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts, process=False)
+    return Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts, process=False)
 
 
 class Surface:
@@ -106,16 +97,11 @@ class Surface:
         self._mesh = mesh_of(solid)
         fine = solid.refine_to_length(_spacing(solid, SAMPLES)).to_mesh64()
         self._triangles = np.asarray(fine.vert_properties[:, :3], float)[fine.tri_verts]
-        from scipy.spatial import cKDTree
-
         self._tree = cKDTree(self._triangles.mean(axis=1))
 
     def farthest(self, rest: Manifold, samples: int = SAMPLES) -> tuple[float, Points, Points]:
         """The largest distance [m] of a point of `rest`, which lies outside; the point and the
         nearest one of the surface, shapes (3,)."""
-        from manifold3d import Manifold
-        from trimesh.proximity import closest_point
-
         distance, point, nearest = 0.0, np.zeros(3), np.zeros(3)
         for _ in range(ZOOMS):
             if rest.is_empty():
@@ -125,7 +111,7 @@ class Surface:
             if not len(points):
                 break
             points = points[np.argsort(self._distances(points))[-EXACT:]]
-            near, distances, _ = closest_point(self._mesh, points)
+            near, distances, _ = proximity.closest_point(self._mesh, points)
             best = int(distances.argmax())
             if distances[best] > distance:
                 distance, point, nearest = float(distances[best]), points[best], near[best]
@@ -136,8 +122,6 @@ class Surface:
     def _distances(self, points: Points) -> Points:
         """Of points (n, 3) to the nearest triangles by their centres, shape (n,): not less than the
         true ones."""
-        from trimesh.triangles import closest_point
-
         triangles = self._triangles[self._tree.query(points, k=NEAREST, eps=ROUGH)[1]]
         repeated = np.repeat(points, NEAREST, axis=0)
         near = closest_point(triangles.reshape(-1, 3, 3), repeated)

@@ -2,16 +2,34 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
-from dataclasses import astuple
+from dataclasses import astuple, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+from trimesh import Trimesh
 
-from energymargin._core import Compound, ConvexHull, MassProperties, mass_properties
-from energymargin.model.meshes.convex import cached
-from energymargin.model.meshes.deviation import Deviation, deviation, solid_of
-from energymargin.model.meshes.solids import Points, Solid, triangles
+from energymargin._core import Compound, ConvexHull, Inertial, MassProperties, mass_properties
+from energymargin.base.bars import Update
+from energymargin.base.errors import needs_extra
+from energymargin.base.limits import Limit
+from energymargin.base.plausibility import warn
+from energymargin.model.meshes import solids
+from energymargin.model.meshes.collada_checks import check_collada
+from energymargin.model.meshes.convex import CONVEX, Decomposition, cached, corners, hull_volume
+from energymargin.model.meshes.cuts import parts_within
+from energymargin.model.meshes.deviation import Deviation, deviation, mesh_of, solid_of
+from energymargin.model.meshes.settings import FlatMeshError, PartSettings
+from energymargin.model.meshes.solids import Faces, Points, Solid, joined, merged
+from energymargin.model.meshes.surfaces import closed_surfaces
+
+SUFFIXES = (".stl", ".obj", ".dae")
+OVERLAP = 1e-9  # share of a volume; what overlaps by less is as good as apart
+FLAT = 1e-6  # volume below which a mesh is a sheet, as a share of the cube of its size
+LARGEST = 20.0  # m; what a robot handles is smaller, unless its scale is wrong
+MAX_SHELLS = 64  # a mesh of more, such as an assembly with its screws, is decomposed as a whole
 
 
 class MeshShape(Compound):
@@ -51,7 +69,153 @@ class MeshShape(Compound):
         if not self._bodies:
             return None
         figures = cached(
-            ["deviation", *triangles(self._bodies), *self._parts],
+            ["deviation", *solids.triangles(self._bodies), *self._parts],
             lambda: [np.array(astuple(deviation(solid_of(self._bodies), self._parts)))],
         )
         return Deviation(*figures[0].tolist())
+
+
+def made_of(path: Path, how: PartSettings, limit: Limit, scale: Any, report: Update) -> MeshShape:
+    """That of a file, as `em.mesh` says."""
+    pieces = _read(path, _scale(scale))
+    whole = joined(pieces)
+    vertices = np.asarray(whole.vertices, float)
+    size = float(np.ptp(vertices, axis=0).max())
+    if hull_volume(vertices) <= FLAT * size**3:
+        raise FlatMeshError(f"{path} is flat, expected a mesh with a volume: give it a thickness")
+    if size > LARGEST:
+        text = f"scale is {scale!r}, which makes {path.name} {size:.3g} m long: lengths are in "
+        text += "metres; a file in millimetres needs 0.001."
+        warn([("scale", text)], text)
+    try:
+        bodies = _bodies(pieces, path, limit)
+    except ValueError:
+        if how.decompose:
+            raise
+        bodies = []  # the surfaces contradict each other, and the hull is the same
+    if not bodies:
+        whole.fill_holes()
+    if how.accuracy is not None and not (how.decompose and bodies):
+        why = f"{path} has holes, so no inside; close it" if how.decompose else "decompose is False"
+        raise ValueError(f"accuracy is {how.accuracy!r}, and {why}; expected accuracy=None there")
+    if how.decompose:
+        cutting = Decomposition(path, how.threshold, how.max_points, how.seed, limit)
+        parts = _parts(whole, bodies, cutting, how.accuracy, report)
+    else:
+        parts = [corners(vertices, how.max_points)]
+    return MeshShape(parts, _solid(bodies) if bodies else None, bodies, recenter=how.recenter)
+
+
+def _bodies(pieces: list[Trimesh], path: Path, limit: Limit) -> list[Solid]:
+    """The solids in a file; none if it has holes. Raises ValueError where surfaces contradict."""
+    surfaces = closed_surfaces(pieces)
+    if surfaces is None:
+        return []
+    bodies = solids.solids(surfaces.shells, path, limit, certain=not surfaces.turned)
+    if surfaces.turned:
+        text = f"{path.name} has faces that are there twice or face both ways: they are turned "
+        warn([("turned", text + "alike, and what they enclose is taken as solid.")], str(path))
+    return [body for body in bodies if not (body.buried and _adds_nothing(body, bodies))]
+
+
+def _adds_nothing(body: Solid, bodies: Sequence[Solid]) -> bool:
+    """Whether a body lies in others that are not buried."""
+    own = solid_of([body])
+    rest = own - solid_of([other for other in bodies if not other.buried])
+    return bool(rest.volume() <= OVERLAP * own.volume())
+
+
+def _parts(
+    whole: Trimesh, bodies: list[Solid], how: Decomposition, accuracy: float | None, report: Update
+) -> list[Points]:
+    """Points (k, 3) of the convex parts of a mesh, from its bodies if it is closed."""
+    raw = how if accuracy is None else replace(how, max_points=sys.maxsize)
+    apart = len(bodies) <= MAX_SHELLS or any(body.cavities for body in bodies)
+    several = bodies if apart else []  # else it is decomposed as a whole
+    if not bodies:
+        _require_no_cavity(whole, how.path, how.limit)
+    report(0, max(1, len(several)))
+    parts = [] if several else raw.parts(whole, closed=False)
+    for done, body in enumerate(several, 1):
+        parts += raw.parts_of(body, float(whole.extents.max()))
+        report(done, len(several))
+    return parts if accuracy is None else parts_within(accuracy, parts, bodies, how)
+
+
+def _scale(scale: Any) -> Points:
+    try:
+        sizes = np.broadcast_to(np.asarray(scale, float), 3)
+    except (TypeError, ValueError):
+        sizes = np.zeros(3)
+    if not np.isfinite(sizes).all() or (sizes == 0).any():
+        raise ValueError(f"scale is {scale!r}, expected one number that is not 0, or three")
+    return sizes
+
+
+def _read(path: Path, scale: Points) -> list[Trimesh]:
+    """A file's geometries in metres, each with one vertex for each place."""
+    if path.suffix.lower() not in SUFFIXES:
+        raise ValueError(
+            f"path is {str(path)!r}, expected a file that ends in {' '.join(SUFFIXES)}: "
+            "trimesh.load_mesh(path).export('mesh.stl') makes one of PLY, OFF, GLB or 3MF, and CAD "
+            "programs export STL of STEP"
+        )
+    if not path.is_file():
+        raise FileNotFoundError(f"path is {str(path)!r}, and there is no such file")
+    return [merged(*piece) for piece in _geometries(path, scale)]
+
+
+def _geometries(path: Path, scale: Points) -> list[tuple[Points, Faces]]:
+    """Vertices [m] and faces of each object in a file."""
+    with needs_extra("a mesh file", "urdf"):
+        import trimesh
+
+        if path.suffix.lower() == ".dae":
+            import collada  # noqa: F401
+    of_obj = ("split_objects", "split_groups", "skip_materials")
+    options: Any = dict.fromkeys(of_obj if path.suffix.lower() == ".obj" else (), True)
+    try:
+        if path.suffix.lower() == ".dae":
+            check_collada(path)
+        scene = trimesh.load_scene(path, process=False, **options)
+        meshes = [piece for piece in scene.dump() if isinstance(piece, trimesh.Trimesh)]
+        unit = trimesh.units.unit_conversion(scene.units, "meters") if scene.units else 1.0
+    except Exception as error:  # each format's reader fails in its own ways
+        raise ValueError(f"{path} is no {path.suffix[1:].upper()} mesh: {error}") from error
+    found = [(np.array(m.vertices, float) * unit * scale, np.array(m.faces)) for m in meshes]
+    found = [(vertices, faces) for vertices, faces in found if len(faces)]
+    if not found:
+        raise ValueError(f"{path} has no faces, expected a surface")
+    if not all(np.isfinite(vertices).all() for vertices, _ in found):
+        raise ValueError(f"{path} has a vertex that is not finite")
+    return found
+
+
+def _require_no_cavity(surface: Trimesh, path: Path, limit: Limit) -> None:
+    """Raises ValueError on a closed surface that faces inwards within a surface with holes.
+
+    What closes the holes would fill the cavity. One is let pass if it is as small a share of the
+    hull as a dent that a convex part may have: scans have such by mistake.
+    """
+    least = (1.0 - CONVEX) * hull_volume(np.asarray(surface.vertices, float))
+    for piece in surface.split(only_watertight=True, repair=False):
+        if piece.volume >= -least:
+            continue
+        limit.require(f"the surfaces of {path} were sorted")
+        points = solids.points_within(piece)
+        around = solids.winding_numbers(points, surface) - solids.winding_numbers(points, piece)
+        if (around > 0.5).mean() > 0.5:
+            expected = "expected a closed surface; decompose=False takes the convex hull of it all"
+            raise ValueError(f"{path} has a cavity and holes, {expected}")
+
+
+def _solid(bodies: Sequence[Solid]) -> MassProperties:
+    """Exact mass properties of bodies of 1 kg together; where they overlap they count once."""
+    closed = joined([surface for body in bodies for surface in (body.outer, *body.cavities)])
+    if len(bodies) > 1:
+        union = solid_of(bodies)
+        if union.volume() < (1.0 - OVERLAP) * closed.volume:
+            closed = mesh_of(union)
+    volume = float(closed.volume)
+    inertial = Inertial(closed.center_mass, inertia=closed.moment_inertia / volume)
+    return MassProperties(volume, inertial.center, inertial.moments, inertial.axes)

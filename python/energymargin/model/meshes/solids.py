@@ -5,19 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from trimesh import Trimesh
+from trimesh.util import append_faces
 
+from energymargin.base.checks import Numbers
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import warn
 
-if TYPE_CHECKING:
-    from trimesh import Trimesh
-
-
-Points = NDArray[np.float64]
+Points = Numbers
 Faces = NDArray[np.int64]
 
 SAME = 1e-6  # share of its size and volume by which a surface that is there twice may differ
@@ -95,10 +94,8 @@ def _same(shell: Trimesh, other: Trimesh) -> bool:
 
 def _warn_of_buried(count: int, path: Path) -> None:
     if count:
-        text = (
-            f"{path.name} has {count} closed surfaces within bodies that face the same way as "
-            "these: they are taken as inside of them. A cavity's surface faces the other way."
-        )
+        text = f"{path.name} has {count} closed surfaces within bodies that face the same way as "
+        text += "these: they are taken as inside of them. A cavity's surface faces the other way."
         warn([("buried", text)], str(path))
 
 
@@ -126,10 +123,9 @@ def _around(shells: list[Trimesh], path: Path, limit: Limit) -> list[list[int]]:
             elif share > 0.0 and volumes[i] * volumes[j] < 0.0:
                 crossing.append((i, int(j)))
     if any(not around[i] and not around[j] for i, j in crossing):
-        raise ValueError(
-            f"{path} has two closed surfaces that cross each other and face opposite ways, "
-            f"expected surfaces of bodies and of cavities within them. {WAY_OUT}"
-        )
+        wrong = f"{path} has two closed surfaces that cross each other and face opposite ways"
+        expected = f"expected surfaces of bodies and of cavities within them. {WAY_OUT}"
+        raise ValueError(f"{wrong}, {expected}")
     return around
 
 
@@ -164,9 +160,7 @@ def winding_numbers(points: Points, surface: Trimesh) -> Points:
 
 def merged(vertices: NDArray[Any], faces: NDArray[Any]) -> Trimesh:
     """A mesh whose faces meet at common vertices."""
-    import trimesh
-
-    surface = trimesh.Trimesh(vertices, faces, process=False)
+    surface = Trimesh(vertices, faces, process=False)
     surface.merge_vertices()
     a, b, c = surface.faces.T
     surface.update_faces((a != b) & (b != c) & (c != a))
@@ -176,8 +170,6 @@ def merged(vertices: NDArray[Any], faces: NDArray[Any]) -> Trimesh:
 
 def joined(pieces: Sequence[Trimesh]) -> Trimesh:
     """One mesh of several."""
-    from trimesh.util import append_faces
-
     return merged(*append_faces([p.vertices for p in pieces], [p.faces for p in pieces]))
 
 

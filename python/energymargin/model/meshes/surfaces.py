@@ -8,17 +8,17 @@ face both ways, bounds a body, and its faces are turned alike.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from manifold3d import Error
 from numpy.typing import NDArray
+from trimesh import Trimesh
+from trimesh.graph import connected_component_labels
+from trimesh.repair import fix_winding
 
 from energymargin.model.meshes.deviation import manifold, mesh_of
 from energymargin.model.meshes.solids import Faces, joined, merged
-
-if TYPE_CHECKING:
-    from trimesh import Trimesh
-
 
 FLAT = 1e-9  # volume, as a share of the area to the power of 3/2
 
@@ -65,8 +65,6 @@ def _encloses(shell: Trimesh) -> bool:
 
 def _paired(part: Trimesh) -> list[Trimesh]:
     """Connected surfaces of a part that has as many faces one way at each edge as the other way."""
-    from manifold3d import Error
-
     solid = manifold(part.vertices, part.faces)
     return [mesh_of(own) for own in solid.decompose()] if solid.status() == Error.NoError else []
 
@@ -80,8 +78,6 @@ def _distinct(faces: Faces) -> tuple[Faces, NDArray[np.bool_]]:
 
 def _turned(part: Trimesh, faces: Faces) -> list[Trimesh]:
     """Connected surfaces of some faces of a part, each with its faces turned alike."""
-    from trimesh.repair import fix_winding
-
     surface = merged(part.vertices, faces)
     fix_winding(surface)
     return _connected(surface)
@@ -94,8 +90,6 @@ def _connected(surface: Trimesh) -> list[Trimesh]:
 
 def _apart(surface: Trimesh) -> list[Trimesh]:
     """Parts that share no vertex."""
-    from trimesh.graph import connected_component_labels
-
     labels = connected_component_labels(surface.edges_unique, node_count=len(surface.vertices))
     of_faces = labels[surface.faces[:, 0]]
     order = np.argsort(of_faces, kind="stable")

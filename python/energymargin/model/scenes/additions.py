@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin._core import Compound, Scene, World
+from energymargin.base.checks import Numbers
 from energymargin.base.errors import EnergyMarginError
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import warn
@@ -39,6 +39,9 @@ BLOCKED = 0.25  # share of them in which a hull and another link overlap, from w
 DRIVING = ("held", "stiffness", "target_velocity", "mimic")
 OVERLAPPING = "overlapping"
 NAMED = 3  # bodies in a warning
+SETTINGS = (  # of a scene
+    *("gravity", "step", "solver_iterations", "solver_tolerance", "margin", "friction_rule"),
+)
 Pair = tuple[str, str]
 
 
@@ -62,9 +65,9 @@ class NotSimulatedError(EnergyMarginError, ValueError):
 class FileMistakes:
     """What is wrong in a file, and what of it is not simulated, to be told all at once."""
 
-    def __init__(self, source: str) -> None:
-        """`source`: the file, for errors."""
-        self.source, self.features = source, Counter[str]()
+    def __init__(self, source: str, limit: Limit) -> None:
+        """`source`: the file, for errors; `limit`: of its reading."""
+        self.source, self.limit, self.features = source, limit, Counter[str]()
         self._errors: list[Exception] = []
 
     def add(self, text: str) -> None:
@@ -140,9 +143,8 @@ def pairs_of(disabled: str | Iterable[Sequence[str]], what: str) -> tuple[bool, 
     """
     if isinstance(disabled, str):
         if disabled != OVERLAPPING:
-            raise ValueError(
-                f"disable_collisions is {disabled!r}, expected {OVERLAPPING!r} or pairs"
-            )
+            expected = f"expected {OVERLAPPING!r} or pairs"
+            raise ValueError(f"disable_collisions is {disabled!r}, {expected}")
         return True, []
     pairs = [tuple(pair) for pair in disabled]
     for pair in pairs:
@@ -157,7 +159,7 @@ class Additions:
 
     bodies: list[dict[str, Any]]
     joints: list[dict[str, Any]]
-    disabled: list[Pair]
+    disabled: list[Pair] = field(default_factory=list)
     frictions: list[tuple[str, str, float, float, float]] = field(default_factory=list)
     """Coefficients of pairs of bodies."""
     planes: list[dict[str, Any]] = field(default_factory=list)
@@ -167,6 +169,9 @@ class Additions:
     loops: list[dict[str, Any]] = field(default_factory=list)
     hulls: list[str] = field(default_factory=list)
     """Bodies that collide as the convex hull of a mesh that is not convex."""
+    self_collision: bool = True
+    overlapping: bool = False
+    """Whether all that overlap at the start never collide."""
 
     def add_to(self, scene: Scene, limit: Limit) -> Scene:
         """The scene with all of it; with less where it raises TimeoutError or Cancelled."""
@@ -189,52 +194,38 @@ class Additions:
         return scene
 
 
-def added(
-    scene: Scene | None,
-    new: Additions,
-    prefix: str,
-    limit: Limit,
-    *,
-    self_collision: bool,
-    overlapping: bool = False,
-) -> Scene:
+def added(scene: Scene | None, new: Additions, prefix: str, limit: Limit) -> Scene:
     """The scene, or a new one, with a robot; an error leaves a given scene as it was.
 
-    Links that overlap at the start and wherever their joints are never collide; others touch.
-    `overlapping`: all that overlap at the start never collide. The scene's report tells of each.
+    Links that overlap at the start and wherever their joints are never collide; others touch. The
+    scene's report tells of each.
     """
     check_names(scene, new.bodies + new.planes, new.joints)
     _warn_of_no_shape(new.bodies)
-    made = new.add_to(Scene() if scene is None else _empty(scene), limit)
+    settings = {} if scene is None else {name: getattr(scene, name) for name in SETTINGS}
+    made = new.add_to(Scene(**settings), limit)
     moving = [joint for joint in new.joints if joint["type"] != "fixed"]
     driving = (tendon["joints"] for tendon in new.tendons if any(map(tendon.get, DRIVING)))
     by_tendon = {joint for joints in driving for joint in joints}
-    undriven = [
-        joint["name"]
-        for joint in moving
-        if not any(map(joint.get, DRIVING)) and joint["name"] not in by_tendon
-    ]
-    rows = [*new.rows, *(ReportRow(reports.UNDRIVEN, name) for name in undriven)]
-    driven = [joint for joint in moving if joint.get("stiffness") and not joint.get("held")]
-    rows += [
-        ReportRow(
-            reports.HOLDS, joint["name"], f"{joint.get('start', 0.0):.4g}, for want of a target"
-        )
-        for joint in driven
-        if joint.get("target") is None
-    ]
-    if self_collision and moving:
+    rows = list(new.rows)
+    for joint in moving:
+        if not any(map(joint.get, DRIVING)) and joint["name"] not in by_tendon:
+            rows.append(ReportRow(reports.UNDRIVEN, joint["name"]))
+        elif joint.get("stiffness") and not joint.get("held") and joint.get("target") is None:
+            start = f"{joint.get('start', 0.0):.4g}, for want of a target"
+            rows.append(ReportRow(reports.HOLDS, joint["name"], start))
+    if new.self_collision and moving:
         limit.require("links that overlap were looked for")
         world = World(made)
         depths = _overlaps(world)
-        never = depths.keys() if overlapping else _always(world, depths, limit)
+        never = depths.keys() if new.overlapping else _always(world, depths, limit)
         for pair in never:
             new.disabled.append(pair)
             made.disable_collisions(*pair)
         for kind, pairs in ((reports.APART, never), (reports.TOUCHING, depths.keys() - never)):
             found = {pair: f"{1e3 * depths[pair]:.3g} mm" for pair in sorted(pairs)}
             rows += [ReportRow(kind, " and ".join(pair), depth) for pair, depth in found.items()]
-            if not overlapping:
+            if not new.overlapping:
                 _warn_of_overlaps(kind, found, prefix)
         if new.hulls:
             _warn_of_hulls(World(made), new.hulls, prefix, limit)
@@ -258,19 +249,7 @@ def check_names(
                 raise ValueError(f"the scene has a {what} {name!r}; prefix=... gives other names")
 
 
-def _empty(scene: Scene) -> Scene:
-    """A scene without bodies, stepped as the given one."""
-    return Scene(
-        scene.gravity,
-        scene.step,
-        scene.solver_iterations,
-        scene.solver_tolerance,
-        scene.margin,
-        scene.friction_rule,
-    )
-
-
-def _overlaps(world: World, state: NDArray[np.float64] | None = None) -> dict[Pair, float]:
+def _overlaps(world: World, state: Numbers | None = None) -> dict[Pair, float]:
     """How deep [m] links overlap each other, or fixed bodies, in a state, by default the start.
 
     What moves apart from a link, as an object in a gripper, touches it: that is a contact.
@@ -295,7 +274,7 @@ def _always(world: World, pairs: Iterable[Pair], limit: Limit) -> set[Pair]:
     return left
 
 
-def _poses(robot: Scene, limit: Limit) -> Iterator[NDArray[np.float64]]:
+def _poses(robot: Scene, limit: Limit) -> Iterator[Numbers]:
     """States, each of shape (n,), with the robot's joints at random within their limits."""
     random = np.random.default_rng(0)
     moving = [j for j in robot.joints if j.type != "fixed" and j.mimic is None and not j.held]
@@ -312,9 +291,8 @@ def _warn_of_hulls(world: World, hulls: Collection[str], prefix: str, limit: Lim
     for state in _poses(world.scene, limit):
         counts.update(list(_overlaps(world, state)))
     for pair in [pair for pair, n in counts.items() if n > BLOCKED * POSES and {*pair} & {*hulls}]:
-        hull, other = (
-            name.removeprefix(prefix) for name in sorted(pair, key=lambda n: n not in hulls)
-        )
+        first, second = sorted(pair, key=lambda name: name not in hulls)
+        hull, other = first.removeprefix(prefix), second.removeprefix(prefix)
         text = f"{hull!r} collides as the convex hull of its mesh, which fills its hollows, and "
         text += f"overlaps {other!r} in {counts[pair] / POSES:.0%} of the poses of the joints: "
         way = "decompose=True makes convex parts of it, "
@@ -336,9 +314,8 @@ def _warn_of_no_shape(bodies: Sequence[Mapping[str, Any]]) -> None:
     shapes = [body["shape"] for body in bodies]
     if shapes and all(isinstance(shape, Compound) and not shape.parts for shape in shapes):
         names = ", ".join(repr(body["name"]) for body in bodies[:NAMED])
-        text = f"none of the file's {len(bodies)} bodies collides with anything: {names}" + (
-            ", ..." if len(bodies) > NAMED else ""
-        )
+        more = ", ..." if len(bodies) > NAMED else ""
+        text = f"none of the file's {len(bodies)} bodies collides with anything: {names}{more}"
         why = "has it visuals alone, or geoms with contype and conaffinity of 0?"
         warn([(text, f"{text}; {why}")], text)
 
@@ -351,8 +328,7 @@ def _warn_of_overlaps(kind: str, depths: Mapping[Pair, str], prefix: str) -> Non
     found = ", ".join(f"{a!r} and {b!r} by {depth}" for (a, b), depth in deep.items())
     text = f"links overlap wherever their joints are: {found}. They never collide"
     if kind == reports.TOUCHING:
-        text = (
-            f"links overlap at the start: {found}. They touch, and are pressed apart; where they "
-            "are too deep in each other for that, joints={name: {'start': ...}} starts them apart"
-        )
+        text = f"links overlap at the start: {found}. They touch, and are pressed apart; where "
+        text += "they are too deep in each other for that, joints={name: {'start': ...}} "
+        text += "starts them apart"
     warn([(text, f"{text}; disable_collisions={list(deep)} says that they never collide.")], text)

@@ -9,27 +9,17 @@ from typing import Any
 import numpy as np
 
 from energymargin._core import Cancel, Scene
-from energymargin.base.checks import one_of
+from energymargin.base.checks import each_name, one_of
 from energymargin.base.limits import Limit
 from energymargin.model.pads import Pad, add_pads
-from energymargin.model.scenes import additions
+from energymargin.model.scenes import additions, mjcf_model
 from energymargin.model.scenes.additions import BASES, Control, FileMistakes
 from energymargin.model.scenes.mjcf_bodies import Builder
 from energymargin.model.scenes.mjcf_contacts import Contacts
 from energymargin.model.scenes.mjcf_drives import drives
 from energymargin.model.scenes.mjcf_equalities import couplings, ties
 from energymargin.model.scenes.mjcf_laws import joint_drives, tendon_drives
-from energymargin.model.scenes.mjcf_model import (
-    Features,
-    Selection,
-    below,
-    body_id,
-    compiled,
-    disabled,
-    engine,
-    name_of,
-    start_of,
-)
+from energymargin.model.scenes.mjcf_model import Features, Selection, name_of
 from energymargin.model.scenes.poses import Pose, place, pose
 
 FRICTION_RULE = "max"  # MuJoCo's
@@ -124,52 +114,46 @@ def from_mjcf(
     one_of("mimic_limits", mimic_limits, ("file", "leader"))
     overlapping, pairs = additions.pairs_of(disable_collisions, "bodies")
     features = Features(additions.several("ignore", ignore))
-    made = compiled(model)
+    made = mjcf_model.compiled(model)
     limit.require("the model was compiled")
-    start = start_of(made, data, keyframe)
+    start = mjcf_model.start_of(made, data, keyframe)
     _count_options(made, features)
-    effectors = (effector,) if isinstance(effector, str) else tuple(effector)
-    selection = Selection(made, subtree, base, start, features, effectors=effectors)
+    selection = Selection(made, subtree, base, start, features, effectors=each_name(effector))
     at = _base_pose(selection, position, orientation)
-    mistakes = FileMistakes(str(model) if isinstance(model, Path) else "the model")
+    mistakes = FileMistakes(str(model) if isinstance(model, Path) else "the model", limit)
     with mistakes.listed():
         roles = _roles(selection, {"object": object, "effector": effector})
-    coupled = couplings(selection, features)
-    settable = {
-        name_of(made, "joint", joint): () if joint in coupled else additions.CONTROL
-        for joint in selection.all_joints()
-    }
+    coupled = couplings(selection)
+    every = {name_of(made, "joint", joint): joint for joint in selection.all_joints()}
+    settable = {name: () if j in coupled else additions.CONTROL for name, j in every.items()}
     control = joints or {}
     with mistakes.listed():
         additions.check_control(control, settable)
-    driven, tendons = drives(selection, coupled, control, features, mimic_limits=mimic_limits)
-    tied = ties(selection, features)
-    contacts = Contacts(selection, features)
+    driven, tendons = drives(selection, coupled, control, leader=mimic_limits == "leader")
+    tied = ties(selection)
+    contacts = Contacts(selection)
     mistakes.features = features.found
     jointed = joint_drives(selection, coupled, driven, control, prefix=prefix, mistakes=mistakes)
     mistakes.check()
-    controlled = [
-        name_of(made, "joint", joint) for joint, drive in driven.items() if drive.controls
-    ]
+    controlled = [name_of(made, "joint", j) for j, drive in driven.items() if drive.controls]
     held = additions.driven_by(control).union(controlled)
     features.warn(mistakes.source, held, bytes(made.names).decode())
     limit.require("the model was read")
-    own_gravity = np.zeros(3) if disabled(made, "GRAVITY") else made.opt.gravity
+    own_gravity = np.zeros(3) if mjcf_model.disabled(made, "GRAVITY") else made.opt.gravity
     gravity = np.array(own_gravity if scene is None else scene.gravity)
     builder = Builder(selection, contacts, roles, at, gravity, prefix, limit)
-    new = builder.additions(jointed, tied, self_collision=self_collision)
+    collide = {"self_collision": self_collision, "overlapping": overlapping}
+    new = builder.additions(jointed, tied, **collide)
     add_pads(new.bodies, pads, prefix)
     new.tendons.extend(tendon_drives(made, tendons, prefix))
     new.disabled.extend((prefix + a, prefix + b) for a, b in pairs)
     new.rows.extend(features.rows(prefix))
     into = Scene(gravity, friction_rule=FRICTION_RULE) if scene is None else scene
-    return additions.added(
-        into, new, prefix, limit, self_collision=self_collision, overlapping=overlapping
-    )
+    return additions.added(into, new, prefix, limit)
 
 
 def _count_options(model: Any, features: Features) -> None:
-    mujoco, option = engine(), model.opt
+    mujoco, option = mjcf_model.engine(), model.opt
     features.add("option/fluid", bool(option.density or option.viscosity or option.wind.any()))
     override = int(mujoco.mjtEnableBit.mjENBL_OVERRIDE)
     features.add("option/override", bool(option.enableflags & override))
@@ -183,16 +167,12 @@ def _base_pose(
     """Pose of the world, or of the subtree's base where the caller or the model has it."""
     if selection.root is None:
         if position is not None or orientation is not None:
-            raise ValueError(
-                f"position is {position!r} and orientation {orientation!r}, expected neither "
-                "without a subtree"
-            )
+            wrong = f"position is {position!r} and orientation {orientation!r}"
+            raise ValueError(f"{wrong}, expected neither without a subtree")
         return np.eye(4)
     there = place(selection.start.poses[selection.root])
-    return pose(
-        there["position"].tolist() if position is None else position,
-        there["orientation"].tolist() if orientation is None else orientation,
-    )
+    given = {"position": position, "orientation": orientation}
+    return pose(**{k: there[k].tolist() if v is None else v for k, v in given.items()})
 
 
 def _roles(selection: Selection, given: Mapping[str, Names]) -> dict[int, str]:
@@ -200,12 +180,12 @@ def _roles(selection: Selection, given: Mapping[str, Names]) -> dict[int, str]:
     found: dict[str, list[int]] = {}
     for role, names in given.items():
         found[role] = []
-        for name in (names,) if isinstance(names, str) else names:
-            body = body_id(selection.model, role, name)
+        for name in each_name(names):
+            body = mjcf_model.body_id(selection.model, role, name)
             if selection.carrier.get(body) != body:
                 raise ValueError(f"{role} is {name!r}, which is no body of the scene")
             if role == "object" and body in selection.static:
                 raise ValueError(f"object is {name!r}, which is fixed, expected one that moves")
             found[role].append(body)
-    roles = dict.fromkeys(below(selection.model, found["effector"]), "effector")
+    roles = dict.fromkeys(mjcf_model.below(selection.model, found["effector"]), "effector")
     return roles | dict.fromkeys(found["object"], "object")

@@ -9,23 +9,15 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin._core import Box, Capsule, Compound, ConvexHull, Cylinder, Inertial, Part, Sphere
+from energymargin.base.checks import Numbers
 from energymargin.base.limits import Limit
-from energymargin.model.scenes import reports
+from energymargin.model.scenes import mjcf_model, reports
 from energymargin.model.scenes.additions import GYRATION, NEGLIGIBLE, Additions
 from energymargin.model.scenes.mjcf_contacts import Contacts, Group
 from energymargin.model.scenes.mjcf_equalities import Tie
-from energymargin.model.scenes.mjcf_model import (
-    MASSLESS,
-    WORLD,
-    Selection,
-    damps,
-    local_pose,
-    name_of,
-    word,
-)
+from energymargin.model.scenes.mjcf_model import MASSLESS, WORLD, Selection, local_pose, name_of
 from energymargin.model.scenes.poses import Pose, place, pose
 from energymargin.model.scenes.reports import ReportRow
 
@@ -40,7 +32,7 @@ class Builder:
     """By body, where it is not "none"."""
     base: Pose
     """Name of the subtree's root, or of the world."""
-    gravity: NDArray[np.float64]
+    gravity: Numbers
     prefix: str
     limit: Limit
 
@@ -56,12 +48,13 @@ class Builder:
         self._planes: dict[str, dict[str, Any]] = {}
         self._joints: list[tuple[int | None, dict[str, Any]]] = []
         self._of_group: dict[Group, str] = {}
-        self._stated: dict[str, float] = {}
+        self._rows: list[ReportRow] = []
 
     def additions(
-        self, drives: Mapping[int, dict[str, Any]], ties: list[Tie], *, self_collision: bool
+        self, drives: Mapping[int, dict[str, Any]], ties: list[Tie], **collide: Any
     ) -> Additions:
-        """All of it; `drives`: by joint, keywords of its drive, start and mimic."""
+        """All of it; `drives`: by joint, keywords of its drive, start and mimic; `collide`:
+        `self_collision` and `overlapping` of the result."""
         for body in self.selection.bodies:
             self.limit.require(f"body {self._name(body)!r} was made")
             if body in self.selection.static:
@@ -71,22 +64,12 @@ class Builder:
         order = [*drives, None]
         joints = sorted(self._joints, key=lambda each: order.index(each[0]))
         loops = [self._loop(tie) for tie in ties]
-        disabled, frictions = self._pairs(self_collision)
-        return Additions(
-            sorted(self._bodies.values(), key=lambda keywords: bool(keywords["mass"] > 0)),
-            [
-                {**keywords, **({} if joint is None else drives[joint])}
-                for joint, keywords in joints
-            ],
-            disabled,
-            frictions,
-            list(self._planes.values()),
-            [
-                ReportRow(reports.STATED, name, f"{mass:.3g} kg")
-                for name, mass in self._stated.items()
-            ],
-            loops=loops,
-        )
+        bodies = sorted(self._bodies.values(), key=lambda keywords: bool(keywords["mass"] > 0))
+        jointed = [{**of, **({} if joint is None else drives[joint])} for joint, of in joints]
+        planes = list(self._planes.values())
+        new = Additions(bodies, jointed, planes=planes, rows=self._rows, loops=loops, **collide)
+        self._add_pairs(new)
+        return new
 
     def _loop(self, tie: Tie) -> dict[str, Any]:
         """Keywords of `Scene.add_loop`."""
@@ -108,8 +91,7 @@ class Builder:
 
     def _add_body(self, name: str, body: int, **keywords: Any) -> None:
         role = self.roles.get(body, "none")
-        if name != self._name(body) and role == "object":
-            role = "none"
+        role = "none" if name != self._name(body) and role == "object" else role
         self._bodies[name] = {"name": self.prefix + name, "role": role, **keywords}
 
     def _add_joint(self, joint: int | None, name: str, parent: str, child: str, **of: Any) -> None:
@@ -181,7 +163,7 @@ class Builder:
     def _damping(self, body: int) -> dict[str, float]:
         """Of a body on a free or a ball joint, as `mjcf_drives` counts what has none here."""
         first, count = self._model.body_dofadr[body], self._model.body_dofnum[body]
-        if not count or body in self.selection.moved or not damps(self._model, body):
+        if not count or body in self.selection.moved or not mjcf_model.damps(self._model, body):
             return {}
         value = float(self._model.dof_damping[first])
         return {"angular_damping": value} | ({"linear_damping": value} if count == 6 else {})
@@ -232,7 +214,7 @@ class Builder:
         axis = np.asarray(model.jnt_axis[joint]) / np.linalg.norm(model.jnt_axis[joint])
         anchor = np.asarray(model.jnt_pos[joint])
         reference = float(model.qpos0[model.jnt_qposadr[joint]])
-        slides = word("mjtJoint", model.jnt_type[joint]) == "slide"
+        slides = mjcf_model.word("mjtJoint", model.jnt_type[joint]) == "slide"
         frame = np.eye(4)
         if slides:
             frame[:3, 3] = anchor - reference * axis
@@ -260,14 +242,13 @@ class Builder:
         mass = float(model.body_mass[body])
         if mass <= MASSLESS:
             light = self._negligible(body)
-            self._stated[self.prefix + self._name(body)] = light["mass"]
+            name, mass = self.prefix + self._name(body), light["mass"]
+            self._rows.append(ReportRow(reports.STATED, name, f"{mass:.3g} kg"))
             return light
         least = NEGLIGIBLE * mass * GYRATION**2  # of a mass without extent
-        inertial = Inertial(
-            model.body_ipos[body],
-            inertia=np.maximum(model.body_inertia[body], least),
-            axes=np.roll(model.body_iquat[body], -1),
-        )
+        moments = np.maximum(model.body_inertia[body], least)
+        axes = np.roll(model.body_iquat[body], -1)
+        inertial = Inertial(model.body_ipos[body], inertia=moments, axes=axes)
         compensation = float(model.body_gravcomp[body])
         force = {"force": -compensation * mass * self.gravity} if compensation else {}
         return {"mass": mass, "inertial": inertial, **force}
@@ -280,24 +261,20 @@ class Builder:
 
     # Contacts
 
-    def _pairs(
-        self, self_collision: bool
-    ) -> tuple[list[tuple[str, str]], list[tuple[str, str, float, float, float]]]:
+    def _add_pairs(self, new: Additions) -> None:
         """Bodies that never collide, and those whose friction is not the larger of the two."""
         jointed = {frozenset((j["parent"], j["child"])) for _, j in self._joints}
-        disabled, frictions = [], []
         for a, b in combinations(self.contacts.groups, 2):
             if self.selection.rigid(a.body, b.body):
                 continue
             names = (self.prefix + self._of_group[a], self.prefix + self._of_group[b])
-            friction = self.contacts.coefficients(a, b) if self_collision else None
+            friction = self.contacts.coefficients(a, b) if new.self_collision else None
             if frozenset(names) in jointed:
                 continue
             if friction is None:
-                disabled.append(names)
+                new.disabled.append(names)
             elif friction != tuple(map(max, a.friction, b.friction)):
-                frictions.append((*names, *friction))
-        return disabled, frictions
+                new.frictions.append((*names, *friction))
 
 
 def _placed(at: Pose) -> dict[str, Any]:
@@ -318,7 +295,7 @@ Solid = Box | Sphere | Cylinder | Capsule | ConvexHull
 
 
 # By MuJoCo's geom, from its size (3,).
-SOLIDS: Mapping[str, Callable[[NDArray[np.float64]], Solid]] = {
+SOLIDS: Mapping[str, Callable[[Numbers], Solid]] = {
     "box": lambda size: Box(2 * size),
     "sphere": lambda size: Sphere(size[0]),
     "capsule": lambda size: Capsule(size[0], 2 * size[1]),
@@ -346,7 +323,8 @@ def plane(model: Any, geom: int, body: Pose) -> dict[str, Any]:
 
 
 def _solid(model: Any, geom: int) -> Solid:
-    kind, size = word("mjtGeom", model.geom_type[geom]), np.asarray(model.geom_size[geom], float)
+    kind = mjcf_model.word("mjtGeom", model.geom_type[geom])
+    size = np.asarray(model.geom_size[geom], float)
     if kind in SOLIDS:
         return SOLIDS[kind](size)
     points = _hull(model, int(model.geom_dataid[geom]))
@@ -356,17 +334,17 @@ def _solid(model: Any, geom: int) -> Solid:
         raise ValueError(f"geom {name_of(model, 'geom', geom)!r}: {error}") from error
 
 
-def _even_directions(count: int) -> NDArray[np.float64]:
+def _even_directions(count: int) -> Numbers:
     """Unit vectors (count, 3) along a spiral from pole to pole."""
     z = 1 - (2 * np.arange(count) + 1) / count
     turns, radius = GOLDEN_ANGLE * np.arange(count), np.sqrt(1 - z * z)
     return np.stack([radius * np.cos(turns), radius * np.sin(turns), z], axis=1)
 
 
-def _hull(model: Any, mesh: int) -> NDArray[np.float64]:
+def _hull(model: Any, mesh: int) -> Numbers:
     """The corners (n, 3) of the convex hull that MuJoCo collides, in the geom's frame."""
     first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
-    points: NDArray[np.float64] = np.asarray(model.mesh_vert[first : first + count], float)
+    points: Numbers = np.asarray(model.mesh_vert[first : first + count], float)
     graph = model.mesh_graphadr[mesh]
     if graph < 0:
         return points

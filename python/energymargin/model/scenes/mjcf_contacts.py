@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Surface
+from energymargin.base.checks import Numbers
 from energymargin.model.scenes.mjcf_model import Features, Selection, disabled, word
 
 DIMENSIONS = np.array([2, 4, 6])  # of contacts that slide, twist, roll with friction
@@ -38,15 +39,15 @@ class Group:
 class Contacts:
     """What MuJoCo's rules say of the geoms of a selection that can collide at all."""
 
-    def __init__(self, selection: Selection, features: Features) -> None:
+    def __init__(self, selection: Selection) -> None:
         """Counts geoms and contacts that are not simulated."""
         self._selection, self._model = selection, selection.model
-        most = 3 if "geom.condim" in features.ignored else DIMENSIONS[-1]
+        most = 3 if "geom.condim" in selection.features.ignored else DIMENSIONS[-1]
         self._dimensions = np.minimum(self._model.geom_condim, most)
         self._pair_dimensions = np.minimum(self._model.pair_dim, most)
         chosen = {body: selection.carrier[body] for body in selection.bodies}
         self.geoms = [g for g in self._colliding() if int(self._model.geom_bodyid[g]) in chosen]
-        self._count(features)
+        self._count(selection.features)
         self.geoms = [g for g in self.geoms if self._kind(g) not in ("hfield", "sdf")]
         self._index = {geom: i for i, geom in enumerate(self.geoms)}
         self._coefficients = self._table()
@@ -83,9 +84,8 @@ class Contacts:
         if getattr(model, "flg_adhesion", False) or getattr(model, "flg_surfacevel", False):
             features.add("geom.adhesion")
         for pair in self._pairs():
-            one, other = _rough(
-                model.pair_friction[pair][[[0, 2, 3], [1, 2, 4]]], self._pair_dimensions[pair]
-            )
+            both_ways = model.pair_friction[pair][[[0, 2, 3], [1, 2, 4]]]
+            one, other = _rough(both_ways, self._pair_dimensions[pair])
             features.add("pair.friction", bool(np.any(one != other)))
             features.add("geom.margin", int(model.pair_margin[pair] > SMALL))
             features.leave("geom.margin", int(0 < model.pair_margin[pair] <= SMALL))
@@ -96,7 +96,7 @@ class Contacts:
         ends = zip(self._model.pair_geom1, self._model.pair_geom2, strict=True)
         return [i for i, (a, b) in enumerate(ends) if int(a) in own and int(b) in own]
 
-    def _table(self) -> NDArray[np.float64]:
+    def _table(self) -> Numbers:
         """Coefficients by two geoms, symmetric; NaN where they do not collide."""
         model, own = self._model, np.asarray(self.geoms, int)
         table = np.full((own.size, own.size, 3), np.nan)
@@ -129,7 +129,7 @@ class Contacts:
             meet &= ~(pair | pair.T)
         return meet
 
-    def _mixed(self, own: NDArray[np.int64]) -> NDArray[np.float64]:
+    def _mixed(self, own: NDArray[np.int64]) -> Numbers:
         """The larger coefficients of two geoms, or those of the higher priority."""
         priority = self._model.geom_priority[own]
         values = np.c_[self._model.geom_friction[own], self._dimensions[own]]
@@ -152,6 +152,6 @@ class Contacts:
             yield Group(body, tuple(geoms), friction)
 
 
-def _rough(friction: Any, dimensions: Any) -> NDArray[np.float64]:
+def _rough(friction: Any, dimensions: Any) -> Numbers:
     """Sliding, torsional and rolling friction (..., 3), without those that contacts do not have."""
     return np.where(np.asarray(dimensions)[..., None] >= DIMENSIONS, friction, 0.0)

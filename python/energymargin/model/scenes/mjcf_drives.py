@@ -9,39 +9,25 @@ from typing import Any
 
 import numpy as np
 
+from energymargin.model.scenes import mjcf_model
 from energymargin.model.scenes.mjcf_equalities import Linear, couplings, linear_tendon
 from energymargin.model.scenes.mjcf_laws import JointDrive, TendonDrive
-from energymargin.model.scenes.mjcf_model import (
-    Features,
-    Selection,
-    below,
-    control_address,
-    damps,
-    disabled,
-    name_of,
-    start_of,
-    word,
-)
+from energymargin.model.scenes.mjcf_model import Features, Selection, disabled, name_of, word
 
 FILTERS = ("filter", "filterexact")  # activations that follow the control
 
 
 def drives(
-    selection: Selection,
-    coupled: Mapping[int, Linear],
-    commanded: Collection[str],
-    features: Features,
-    *,
-    mimic_limits: str = "file",
+    selection: Selection, coupled: Mapping[int, Linear], commanded: Collection[str], *, leader: bool
 ) -> tuple[dict[int, JointDrive], list[TendonDrive]]:
     """By joint that follows no other; what acts on joints that follow acts there. And of tendons.
 
-    `commanded`: joints whose drives the caller gives, by name. `mimic_limits`: "leader" leaves out
-    the limits of joints that follow. Counts what is not simulated.
+    `commanded`: joints whose drives the caller gives, by name. `leader`: leaves out the limits of
+    joints that follow. Counts what is not simulated.
     """
-    maker, model = _Drives(selection, coupled, features), selection.model
+    maker, model = _Drives(selection, coupled), selection.model
     for joint in selection.all_joints():
-        maker.add_joint(joint, stops=mimic_limits == "file" or joint not in coupled)
+        maker.add_joint(joint, stops=not leader or joint not in coupled)
     for tendon in range(model.ntendon):
         maker.add_tendon(tendon)
     if not disabled(model, "ACTUATION"):
@@ -77,9 +63,9 @@ class Actuator:
 
 def actuators(model: Any) -> dict[str, Actuator]:
     """The actuators of a `mujoco.MjModel`, by the joint or tendon that each drives alone."""
-    features = Features(())
-    selection = Selection(model, None, "fixed", start_of(model, None, None), features)
-    of_joints, tendons = drives(selection, couplings(selection, features), (), features)
+    start = mjcf_model.start_of(model, None, None)
+    selection = Selection(model, None, "fixed", start, Features(()))
+    of_joints, tendons = drives(selection, couplings(selection), (), leader=False)
     driven = {tendon.name: tendon.drive for tendon in tendons}
     driven |= {name_of(model, "joint", number): drive for number, drive in of_joints.items()}
     clamps, found = not disabled(model, "CLAMPCTRL"), {}
@@ -87,7 +73,7 @@ def actuators(model: Any) -> dict[str, Actuator]:
         if len(drive.controls) != 1:
             continue
         ((number, slope),) = drive.controls.items()
-        address = control_address(model, number)
+        address = mjcf_model.control_address(model, number)
         rest = drive.force - slope * float(selection.start.control[address])
         filtered = word("mjtDyn", model.actuator_dyntype[number]) in FILTERS
         activation = int(model.actuator_actadr[number]) if filtered else -1
@@ -99,10 +85,9 @@ def actuators(model: Any) -> dict[str, Actuator]:
 
 
 class _Drives:
-    def __init__(
-        self, selection: Selection, coupled: Mapping[int, Linear], features: Features
-    ) -> None:
-        self._model, self._start, self._features = selection.model, selection.start, features
+    def __init__(self, selection: Selection, coupled: Mapping[int, Linear]) -> None:
+        self._model, self._start = selection.model, selection.start
+        self._features = selection.features
         self._own = selection.all_joints()
         self._free = selection.free - ({selection.root} if selection.root is not None else set())
         self._coupled = coupled
@@ -216,24 +201,18 @@ class _Drives:
     def _near(self, tendon: int) -> bool:
         """Whether a spatial tendon passes a body with joints of the selection, or below one."""
         model = self._model
-        first, count = model.tendon_adr[tendon], model.tendon_num[tendon]
-        sites = [
-            int(model.wrap_objid[wrap])
-            for wrap in range(first, first + count)
-            if word("mjtWrap", model.wrap_type[wrap]) == "site"
-        ]
-        bodies = {int(model.site_bodyid[site]) for site in sites}
+        wraps = slice(model.tendon_adr[tendon], model.tendon_adr[tendon] + model.tendon_num[tendon])
+        kinds = np.array([word("mjtWrap", kind) for kind in model.wrap_type[wraps]])
+        bodies = set(model.site_bodyid[model.wrap_objid[wraps][kinds == "site"]].tolist())
         moved = {int(model.jnt_bodyid[joint]) for joint in self._own} | self._free
-        return not bodies.isdisjoint(below(model, moved))
+        return not bodies.isdisjoint(mjcf_model.below(model, moved))
 
     def _within(self, tendon: int, length: Linear) -> bool:
         """Whether the joints' limits keep a tendon within its own."""
         if not self._model.tendon_limited[tendon] or not self._stops:
             return True
-        ends = [
-            sorted((factor * self.drives[joint].lower, factor * self.drives[joint].upper))
-            for joint, factor in length.terms.items()
-        ]
+        own = [(self.drives[joint], factor) for joint, factor in length.terms.items()]
+        ends = [sorted((factor * drive.lower, factor * drive.upper)) for drive, factor in own]
         least, most = np.sum(ends, axis=0) + length.constant
         low, high = self._model.tendon_range[tendon]
         return bool(low <= least and most <= high)
@@ -291,7 +270,7 @@ class _Drives:
         gain, bias = np.zeros(3), np.zeros(3)
         gain[:gains] = model.actuator_gainprm[actuator][:gains]
         bias[:biases] = model.actuator_biasprm[actuator][:biases]
-        control = self._start.control[control_address(model, actuator)]
+        control = self._start.control[mjcf_model.control_address(model, actuator)]
         force, length, velocity = gain * control + bias
         return float(force), float(-length), float(-velocity)
 
@@ -326,7 +305,7 @@ class _Drives:
                 acting = {"armature": True, "frictionloss": self._dry, "damping": self._damps}
                 for what, acts in acting.items():
                     values = getattr(model, f"dof_{what}")[dof : dof + model.body_dofnum[body]]
-                    own = what == "damping" and damps(model, body)
+                    own = what == "damping" and mjcf_model.damps(model, body)
                     add(f"joint.{what}", acts and bool(np.any(values > 0)) and not own)
                 add("joint.stiffness", self._springs and bool(model.jnt_stiffness[joint] > 0))
         driven = [([joint], drive) for joint, drive in self.drives.items()]

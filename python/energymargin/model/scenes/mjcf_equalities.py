@@ -10,17 +10,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from energymargin.model.scenes.mjcf_model import (
-    Features,
-    Selection,
-    disabled,
-    local_pose,
-    name_of,
-    tie_ends,
-    word,
-)
+from energymargin.base.checks import Numbers
+from energymargin.model.scenes import mjcf_model
+from energymargin.model.scenes.mjcf_model import Selection, disabled, name_of, word
 from energymargin.model.scenes.poses import Pose
 
 TOLERANCE = 1e-9  # of equations that say the same
@@ -59,14 +52,14 @@ class _Equation:
     feature: str
 
 
-def couplings(selection: Selection, features: Features) -> dict[int, Linear]:
+def couplings(selection: Selection) -> dict[int, Linear]:
     """By joint that follows, its position: a multiple of that of one other joint, or constant.
 
     Counts what is not linear or not of two joints.
 
     Joints with an actuator lead where they can. Raises ValueError on equations that contradict.
     """
-    equations = _equations(selection, features)
+    equations = _equations(selection)
     driven = _driven(selection.model)
     while True:
         solved = _solved(selection.model, equations, driven)
@@ -76,7 +69,7 @@ def couplings(selection: Selection, features: Features) -> dict[int, Linear]:
         dropped = [solved[joint][1] for joint in bad]
         for equation in dropped:
             joints = [name_of(selection.model, "joint", joint) for joint in equation.sum.terms]
-            features.add(equation.feature, loose=joints)
+            selection.features.add(equation.feature, loose=joints)
         equations = [equation for equation in equations if equation not in dropped]
 
 
@@ -110,12 +103,9 @@ def _pivot(rest: Linear, wanted: int | None, driven: set[int]) -> int:
 
 
 def _driven(model: Any) -> set[int]:
-    kinds, ends = model.actuator_trntype, model.actuator_trnid
-    return {
-        int(end[0])
-        for kind, end in zip(kinds, ends, strict=True)
-        if word("mjtTrn", kind) in ("joint", "jointinparent")
-    }
+    """Joints that actuators move."""
+    kinds = [word("mjtTrn", kind) for kind in model.actuator_trntype]
+    return set(model.actuator_trnid[np.isin(kinds, ("joint", "jointinparent")), 0].tolist())
 
 
 def _active(model: Any) -> Iterator[tuple[int, str]]:
@@ -125,25 +115,24 @@ def _active(model: Any) -> Iterator[tuple[int, str]]:
             yield equality, word("mjtEq", model.eq_type[equality])
 
 
-def _equations(selection: Selection, features: Features) -> list[_Equation]:
-    model, own = selection.model, set(selection.all_joints())
+def _equations(selection: Selection) -> list[_Equation]:
+    model = selection.model
     equations: list[_Equation] = []
     for i, kind in _active(model):
         ends = [int(end) for end in (model.eq_obj1id[i], model.eq_obj2id[i]) if end >= 0]
         if kind in ("joint", "tendon"):
-            equation = _equation(model, i, ends, own, features)
+            equation = _equation(selection, i, ends)
             equations += [equation] if equation else []
         elif kind == "distance":
-            features.add("equality/distance")
+            selection.features.add("equality/distance")
         elif kind not in ("connect", "weld"):
-            features.add("flex")
+            selection.features.add("flex")
     return equations
 
 
-def _equation(
-    model: Any, equality: int, ends: list[int], own: set[int], features: Features
-) -> _Equation | None:
+def _equation(selection: Selection, equality: int, ends: list[int]) -> _Equation | None:
     """first = a0 + a1 second, of what lies beyond the references; None if it is of no use here."""
+    model, own = selection.model, set(selection.all_joints())
     of_joints = word("mjtEq", model.eq_type[equality]) == "joint"
     feature = f"equality/{'joint' if of_joints else 'tendon'}"
     sides = [_beyond(model, end, of_joints=of_joints) for end in ends]
@@ -153,7 +142,7 @@ def _equation(
     data = model.eq_data[equality]
     if None in sides or not joints <= own or (len(sides) > 1 and np.any(data[2:5] != 0)):
         names = [name_of(model, "joint", joint) for joint in sorted(joints & own)]
-        features.add(feature, loose=names)
+        selection.features.add(feature, loose=names)
         return None
     total = Linear({}, -float(data[0]))
     for side, factor in zip(sides, (1.0, -float(data[1])), strict=False):
@@ -190,19 +179,20 @@ class Tie:
     """Each body, and the frame in it."""
 
 
-def ties(selection: Selection, features: Features) -> list[Tie]:
+def ties(selection: Selection) -> list[Tie]:
     """Those of bodies that move; counts what holds bodies of the selection to others."""
-    model, found = selection.model, []
+    model, features, found = selection.model, selection.features, []
     for body, joint in selection.balls.items():
         anchor = np.asarray(model.jnt_pos[joint])
         parent = int(model.body_parentid[body])
-        frames = _at(selection.at(body)[:3, :3] @ anchor + selection.at(body)[:3, 3]), _at(anchor)
+        at = selection.at(body)
+        frames = [_at(at[:3, :3] @ anchor + at[:3, 3]), _at(anchor)]
         found.append(Tie("point", list(zip((parent, body), frames, strict=True))))
         features.add("joint/ball", bool(model.jnt_limited[joint]))
     for i, kind in _active(model):
         if kind not in ("connect", "weld"):
             continue
-        bodies = tie_ends(model, i)
+        bodies = mjcf_model.tie_ends(model, i)
         outside = [body for body in bodies if body not in selection.lump]
         if (outside and selection.root in bodies) or (not outside and selection.rigid(*bodies)):
             continue  # where the base is, and how it moves, the caller says
@@ -217,17 +207,16 @@ def ties(selection: Selection, features: Features) -> list[Tie]:
     return found
 
 
-def _frames(model: Any, equality: int, kind: str) -> tuple[Pose, Pose]:
+def _frames(model: Any, equality: int, kind: str) -> list[Pose]:
     """In the frames of its two bodies."""
     if word("mjtObj", model.eq_objtype[equality]) == "site":
-        sites = (model.eq_obj1id[equality], model.eq_obj2id[equality])
-        a, b = (local_pose(model.site_pos[site], model.site_quat[site]) for site in sites)
-        return a, b
+        sites = model.eq_obj1id[equality], model.eq_obj2id[equality]
+        return [mjcf_model.local_pose(model.site_pos[k], model.site_quat[k]) for k in sites]
     data = np.asarray(model.eq_data[equality])
     if kind == "connect":
-        return _at(data[:3]), _at(data[3:6])
-    return local_pose(data[3:6], data[6:10]), _at(data[:3])
+        return [_at(data[:3]), _at(data[3:6])]
+    return [mjcf_model.local_pose(data[3:6], data[6:10]), _at(data[:3])]
 
 
-def _at(point: NDArray[np.float64]) -> Pose:
-    return local_pose(point, (1.0, 0.0, 0.0, 0.0))
+def _at(point: Numbers) -> Pose:
+    return mjcf_model.local_pose(point, (1.0, 0.0, 0.0, 0.0))

@@ -58,14 +58,10 @@ class JointDrive:
 
     def keywords(self) -> dict[str, Any]:
         """Those of `Scene.add_joint`."""
-        given: dict[str, Any] = {
-            "limits": (self.lower, self.upper),
-            "stiffness": self.stiffness,
-            "damping": self.damping,
-        }
-        given |= {
-            name: value for name in ("armature", "friction") if (value := getattr(self, name))
-        }
+        law = {"stiffness": self.stiffness, "damping": self.damping}
+        rotor = {"armature": self.armature, "friction": self.friction}
+        given: dict[str, Any] = {"limits": (self.lower, self.upper), **law}
+        given |= {name: value for name, value in rotor.items() if value}
         if self.stiffness > 0:
             given["target"] = self.force / self.stiffness
         elif self.damping > 0:

@@ -12,9 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from energymargin.base.checks import check_type
+from energymargin.base.checks import Numbers, check_type
 from energymargin.base.errors import needs_extra
 from energymargin.base.plausibility import warn
 from energymargin.base.reprs import Record
@@ -86,10 +85,8 @@ def _require_few(root: ET.Element, folder: Path) -> None:
 
     elements = size(root)
     if asked and elements > MOST_ELEMENTS:
-        raise ValueError(
-            f"the model asks for {elements} elements by {', '.join(asked[:3])}, expected at most "
-            f"{MOST_ELEMENTS}"
-        )
+        wrong = f"the model asks for {elements} elements by {', '.join(asked[:3])}"
+        raise ValueError(f"{wrong}, expected at most {MOST_ELEMENTS}")
 
 
 def word(enum: str, value: Any) -> str:
@@ -118,15 +115,15 @@ def local_pose(position: Any, quaternion: Any) -> Pose:
 class ModelStart(Record):
     """Where a model is when its scene begins."""
 
-    positions: NDArray[np.float64]
+    positions: Numbers
     """MuJoCo's qpos (nq,)."""
-    velocities: NDArray[np.float64]
+    velocities: Numbers
     """MuJoCo's qvel (nv,)."""
-    control: NDArray[np.float64]
+    control: Numbers
     """MuJoCo's ctrl, within the actuators' ranges."""
     poses: list[Pose]
     """Poses of the bodies in the world."""
-    twists: NDArray[np.float64]
+    twists: Numbers
     """Angular and linear velocity of the bodies' frames along the world's axes, (nbody, 6)."""
 
 
@@ -202,10 +199,10 @@ class Features:
     def rows(self, prefix: str) -> list[ReportRow]:
         """Of the report: what is ignored, and the bodies that this leaves loose."""
         left_out = [ReportRow(reports.LEFT_OUT, name, str(n)) for name, n in self._left_out.items()]
-        loose = [
-            ReportRow(reports.LOOSE, prefix + b, f"without {of}") for b, of in self._bodies.items()
+        bodies = self._bodies.items()
+        return left_out + [
+            ReportRow(reports.LOOSE, prefix + b, f"without {of}") for b, of in bodies
         ]
-        return left_out + loose
 
     def warn(self, source: str, held: Collection[str], fingerprint: str) -> None:
         """Warns, once for a fingerprint, of what is left out, and of what nothing drives or holds
@@ -238,8 +235,7 @@ class Selection:
         effectors: Collection[str] = (),
     ) -> None:
         """Raises ValueError on an unknown `subtree`, and on a base that moves without one."""
-        self.model = model
-        self.start = start
+        self.model, self.start, self.features = model, start, features
         self.root = None if subtree is None else body_id(model, "subtree", subtree)
         if self.root is None and base != "fixed":
             raise ValueError(f"base is {base!r}, expected 'fixed', or subtree=... that names it")
@@ -256,21 +252,18 @@ class Selection:
             for body in model.body_rootid[tie_ends(model, int(equality))]
             if model.body_mocapid[body] >= 0
         }
-        self.moved |= {
-            body
-            for body in np.flatnonzero(model.body_mocapid >= 0).tolist()
-            if name_of(model, "body", body) in effectors
-        }
+        mocaps = np.flatnonzero(model.body_mocapid >= 0).tolist()
+        self.moved |= {body for body in mocaps if name_of(model, "body", body) in effectors}
         self.moved |= {self.root} if base == "kinematic" and self.root is not None else set()
         self.joints: dict[int, list[int]] = {}
         self.carrier: dict[int, int] = {}
         self.offset: dict[int, Pose] = {}
         for body in self.bodies:
-            self._add(body, base, features)
+            self._add(body, base)
             self._carry(body)
 
-    def _add(self, body: int, base: str, features: Features) -> None:
-        model = self.model
+    def _add(self, body: int, base: str) -> None:
+        model, features = self.model, self.features
         first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
         kinds = {j: word("mjtJoint", model.jnt_type[j]) for j in range(first, first + count)}
         parent = int(model.body_parentid[body])

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from energymargin._core import Contact, Scene, World
+from energymargin.base.checks import Numbers
 
 TOUCHING = 1e-3  # what is left of an overlap, as a share of the deepest one
 ROUNDS = 100
@@ -19,7 +20,7 @@ def moved_apart(
     bodies: Sequence[str],
     *,
     directions: Sequence[float] = (1.0, 1.0, 0.0),
-) -> NDArray[np.float64]:
+) -> Numbers:
     """The state, shape (n,), with each of `bodies` moved until it only touches what it overlapped.
 
     Each moves along the normal of its deepest contact, by that contact's depth, again and again;
@@ -54,15 +55,11 @@ def moved_apart(
 def require_untied(scene: Scene, name: str, body: str) -> None:
     """Raises ValueError on a body that a loop ties: elsewhere alone it opens the loop."""
     if any(body in (loop.body_a, loop.body_b) for loop in scene.loops):
-        raise ValueError(
-            f"{name} names the body {body!r}, which a loop ties to another one, expected one that "
-            "can be elsewhere alone"
-        )
+        wrong = f"{name} names the body {body!r}, which a loop ties to another one"
+        raise ValueError(f"{wrong}, expected one that can be elsewhere alone")
 
 
-def _way_out(
-    contact: Contact, bodies: Sequence[str], free: NDArray[np.float64]
-) -> tuple[str, NDArray[np.float64]] | None:
+def _way_out(contact: Contact, bodies: Sequence[str], free: Numbers) -> tuple[str, Numbers] | None:
     """The body that a contact moves, and its way (3,) [m] along the normal."""
     involved = [body for body in bodies if body in (contact.body_a, contact.body_b)]
     normal = free * contact.normal

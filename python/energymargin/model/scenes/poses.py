@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from energymargin._core import Compound, Inertial, MassProperties, Part, Scene, mass_properties
-from energymargin.base.checks import numbers_of
+from energymargin.base.checks import Numbers, numbers_of
 
-Pose = NDArray[np.float64]
+Pose = Numbers
 """A matrix, shape (4, 4), that takes points of the inner frame to the outer one."""
 
 
@@ -38,7 +38,7 @@ def from_rpy(xyz: Sequence[float], rpy: Sequence[float]) -> Pose:
     return matrix + 0.0  # no -0
 
 
-def place(matrix: Pose) -> dict[str, NDArray[np.float64]]:
+def place(matrix: Pose) -> dict[str, Numbers]:
     """The keywords position (3,) and orientation (4,) of a pose."""
     return {"position": matrix[:3, 3], "orientation": _quaternion(matrix[:3, :3])}
 
@@ -53,9 +53,8 @@ def moved(compound: Compound, matrix: Pose) -> Compound:
     solid = compound.solid
     turned = Rotation.from_matrix(matrix[:3, :3]) * Rotation.from_quat(solid.axes)
     center = matrix[:3, :3] @ solid.center + matrix[:3, 3]
-    return Compound(
-        parts, solid=MassProperties(solid.volume, center, solid.moments, turned.as_quat())
-    )
+    own = MassProperties(solid.volume, center, solid.moments, turned.as_quat())
+    return Compound(parts, solid=own)
 
 
 def together(compounds: Sequence[Compound]) -> Compound:
@@ -77,13 +76,13 @@ def together(compounds: Sequence[Compound]) -> Compound:
     return Compound(parts, solid=MassProperties(volume, center, whole.moments, whole.axes))
 
 
-def tensor(moments: ArrayLike, axes: ArrayLike) -> NDArray[np.float64]:
+def tensor(moments: ArrayLike, axes: ArrayLike) -> Numbers:
     """The inertia (3, 3) of principal moments (3,) about axes, a quaternion x, y, z, w."""
     turn = pose((0.0, 0.0, 0.0), axes)[:3, :3]
     return np.asarray(turn @ np.diag(moments) @ turn.T)
 
 
-def of_point(mass: float, arm: NDArray[np.float64]) -> NDArray[np.float64]:
+def of_point(mass: float, arm: Numbers) -> Numbers:
     """The inertia (3, 3) of a mass at a point (3,), about the origin: the parallel axis theorem."""
     return np.asarray(mass * (arm @ arm * np.eye(3) - np.outer(arm, arm)))
 
@@ -91,7 +90,7 @@ def of_point(mass: float, arm: NDArray[np.float64]) -> NDArray[np.float64]:
 # Of scipy, to its last bit; to import that takes longer than to make and to score a hand.
 
 
-def _turn(quaternion: NDArray[np.float64]) -> NDArray[np.float64]:
+def _turn(quaternion: Numbers) -> Numbers:
     """The matrix (3, 3) of a quaternion x, y, z, w."""
     x, y, z, w = quaternion / _norm(quaternion)
     xx, yy, zz, ww = x * x, y * y, z * z, w * w
@@ -104,7 +103,7 @@ def _turn(quaternion: NDArray[np.float64]) -> NDArray[np.float64]:
     )
 
 
-def _quaternion(turn: NDArray[np.float64]) -> NDArray[np.float64]:
+def _quaternion(turn: Numbers) -> Numbers:
     """x, y, z, w of a matrix (3, 3), by the largest of the four (Shepperd 1978). Of q and -q it is
     the one in which the first of w, x, y, z that is not 0 is above 0."""
     m = turn
@@ -124,14 +123,12 @@ def _quaternion(turn: NDArray[np.float64]) -> NDArray[np.float64]:
     return -quaternion if next(number for number in (w, x, y, z) if number != 0) < 0 else quaternion
 
 
-def _norm(quaternion: NDArray[np.float64]) -> float:
+def _norm(quaternion: Numbers) -> float:
     x, y, z, w = quaternion
     return float(np.sqrt(x * x + y * y + z * z + w * w))
 
 
-def body_poses(
-    scene: Scene, state: ArrayLike
-) -> dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:
+def body_poses(scene: Scene, state: ArrayLike) -> dict[str, tuple[Numbers, Numbers]]:
     """By body of a scene its position [m] and unit quaternion x, y, z, w in a state, shape (n,)."""
     moving = scene.unpack(state)
     return {

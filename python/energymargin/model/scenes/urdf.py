@@ -15,8 +15,8 @@ from energymargin.base.bars import Update
 from energymargin.base.checks import one_of, positive_number
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import warn
-from energymargin.model.meshes import MAX_POINTS, THRESHOLD
-from energymargin.model.meshes.files import FlatMeshError, shape_of, warn_of_open
+from energymargin.model.meshes.files import shape_of, warn_of_open
+from energymargin.model.meshes.settings import MAX_POINTS, THRESHOLD, FlatMeshError, PartSettings
 from energymargin.model.pads import Pad, add_pads
 from energymargin.model.scenes import additions, reports
 from energymargin.model.scenes.additions import BASES, Additions, FileMistakes, counted
@@ -25,9 +25,8 @@ from energymargin.model.scenes.poses import Pose, moved, place, pose, together
 from energymargin.model.scenes.reports import ReportRow
 from energymargin.model.scenes.urdf_elements import MIMIC
 from energymargin.model.scenes.urdf_inertias import moving_inertials, warn_of_links
-from energymargin.model.scenes.urdf_joints import joint_keywords
 from energymargin.model.scenes.urdf_model import Robot, read
-from energymargin.model.scenes.urdf_parts import Link, MeshFile, surface_of
+from energymargin.model.scenes.urdf_parts import Link, MeshFile, joint_keywords, surface_of
 
 MeshOf = Callable[[MeshFile], Compound]
 
@@ -137,21 +136,21 @@ def from_urdf(
     one_of("base", base, BASES)
     one_of("inertia", inertia, ("file", "shapes"))
     one_of("mimic_limits", mimic_limits, ("file", "leader"))
-    if density is not None:
-        positive_number("density", density)
+    of_shapes = 0.0 if density is None else positive_number("density", density)
+    how = PartSettings(decompose, threshold, accuracy, max_points)
     ignored = additions.several("ignore", ignore)
     folders = additions.several("packages", packages)
     root = pose(position, orientation)
-    mistakes = FileMistakes(str(path))
-    free, control = base != "fixed", joints or {}
-    dense = density is not None
-    robot = read(Path(path), ignored, limit, mistakes, free=free, dense=dense, subtree=subtree)
-    roles, frictions = roles or {}, frictions or {}
+    mistakes = FileMistakes(str(path), limit)
+    robot = read(Path(path), ignored, mistakes, subtree)
+    robot.merge_frames(mistakes, free=base != "fixed", dense=of_shapes > 0.0)
+    roles, frictions, control = roles or {}, frictions or {}, joints or {}
     overlapping, pairs = additions.pairs_of(disable_collisions, "links")
     paired = [name for pair in pairs for name in pair]
     _check_links(robot, mistakes, roles=roles, frictions=frictions, disable_collisions=paired)
-    jointed = joint_keywords(robot.joints, control, prefix, mistakes, mimic_limits=mimic_limits)
-    moving_inertials(robot, mistakes, free=free, inertia=inertia)
+    leader = mimic_limits == "leader"
+    jointed = joint_keywords(robot.joints, control, prefix, mistakes, leader=leader)
+    moving_inertials(robot, mistakes, inertia)
     with mistakes.listed():
         additions.check_names(scene, [{"name": prefix + name} for name in robot.links], jointed)
     files: dict[str, Path] = {}
@@ -161,21 +160,13 @@ def from_urdf(
     mistakes.check()
 
     def mesh_of(file: MeshFile) -> Compound:
-        return shape_of(
-            files[file.filename],
-            scale=file.scale,
-            decompose=decompose,
-            threshold=threshold,
-            accuracy=accuracy,
-            max_points=max_points,
-            limit=limit,
-        )
+        return shape_of(files[file.filename], how, limit, file.scale)
 
     loose = [name for name in robot.loose if name not in additions.driven_by(control)]
     additions.warn_of_loose(str(path), MIMIC, loose, str(path))
     report = progress or (lambda done, total: None)
-    bodies = _bodies(robot, mesh_of, limit, report, prefix=prefix, free=free, density=density)
-    for name, inertial in moving_inertials(robot, mistakes, free=free, inertia=inertia).items():
+    bodies = _bodies(robot, mesh_of, limit, report, of_shapes)
+    for name, inertial in moving_inertials(robot, mistakes, inertia).items():
         bodies[name]["inertial"] = inertial
     _warn_of_open(str(path), bodies, robot.opened)
     warn_of_links(Path(path), robot, bodies)
@@ -184,19 +175,17 @@ def from_urdf(
     for name, link in robot.links.items():
         default = link.contact.get("lateral_friction", friction)
         bodies[name] |= {"role": roles.get(name, role), "friction": frictions.get(name, default)}
-        bodies[name] |= surface_of(link)
+        bodies[name] |= {"name": prefix + name, **surface_of(link)}
     add_pads(bodies.values(), pads, prefix)
     if not self_collision:
         together = {frozenset((joint.parent, joint.child)) for joint in robot.joints.values()}
         pairs += [p for p in combinations(robot.links, 2) if frozenset(p) not in together]
     disabled = [(prefix + a, prefix + b) for a, b in pairs]
     hulls = [prefix + name for name in robot.hulls]
-    new = Additions(
-        list(bodies.values()), jointed, disabled, rows=_rows(robot, prefix), hulls=hulls
-    )
-    made = additions.added(
-        scene, new, prefix, limit, self_collision=self_collision, overlapping=overlapping
-    )
+    collide: dict[str, Any] = {"self_collision": self_collision, "overlapping": overlapping}
+    rows = _rows(robot, prefix)
+    new = Additions([*bodies.values()], jointed, disabled, rows=rows, hulls=hulls, **collide)
+    made = additions.added(scene, new, prefix, limit)
     _warn_of_left_out(str(path), robot, ignored)
     return made
 
@@ -211,27 +200,18 @@ def _place_as_given(at: Pose, orientation: Sequence[float]) -> dict[str, Any]:
 
 def _rows(robot: Robot, prefix: str) -> list[ReportRow]:
     """Of the report: what is left out, what is a frame, what is stated, and whose effort counts."""
-    return [
-        *(ReportRow(reports.LEFT_OUT, name, str(count)) for name, count in robot.left_out.items()),
-        *(
-            reports.FrameRow.of(
-                prefix + name,
-                f"{prefix}{of} at {_rounded(at)} m",
-                (prefix + of, (*at[:3, 3].tolist(), *place(at)["orientation"].tolist())),
-            )
-            for name, (of, at) in robot.merged.items()
-        ),
-        *(ReportRow(reports.STATED, prefix + name, value) for name, value in robot.stated.items()),
-        *(
-            ReportRow(
-                reports.EFFORT,
-                prefix + joint.name,
-                f"{joint.effort:g}: that of {prefix + joint.mimic.joint} counts",
-            )
-            for joint in robot.joints.values()
-            if joint.mimic and 0.0 < joint.effort < math.inf
-        ),
-    ]
+    rows = [ReportRow(reports.LEFT_OUT, name, str(count)) for name, count in robot.left_out.items()]
+    for name, (of, at) in robot.merged.items():
+        there = (*at[:3, 3].tolist(), *place(at)["orientation"].tolist())
+        where = f"{prefix}{of} at {_rounded(at)} m"
+        rows.append(reports.FrameRow.of(prefix + name, where, (prefix + of, there)))
+    for name, value in robot.stated.items():
+        rows.append(ReportRow(reports.STATED, prefix + name, value))
+    for joint in robot.joints.values():
+        if joint.mimic and 0.0 < joint.effort < math.inf:
+            value = f"{joint.effort:g}: that of {prefix + joint.mimic.joint} counts"
+            rows.append(ReportRow(reports.EFFORT, prefix + joint.name, value))
+    return rows
 
 
 def _rounded(at: Pose) -> str:
@@ -241,11 +221,9 @@ def _rounded(at: Pose) -> str:
 def _warn_of_left_out(path: str, robot: Robot, ignored: Collection[str]) -> None:
     """One line of what is left out without having been named in `ignore`, and one of masses."""
     told = {name: count for name, count in robot.left_out.items() if name not in ignored}
-    left = (
-        f"{path}: left out, as it moves nothing, is there twice, is flat (thicker, it collides) or "
-        f"has a namespace that the file does not declare: {counted(told)}; ignore={tuple(told)!r} "
-        "says that this is meant."
-    )
+    left = f"{path}: left out, as it moves nothing, is there twice, is flat (thicker, it collides) "
+    left += f"or has a namespace that the file does not declare: {counted(told)}; "
+    left += f"ignore={tuple(told)!r} says that this is meant."
     warn([(left, left)] if told else [], left)
     stated = ", ".join(f"{name!r} {value}" for name, value in robot.stated.items())
     text = f"{path}: links that move lack a mass or an inertia in the file, and get: {stated}."
@@ -267,14 +245,7 @@ def _check_links(robot: Robot, mistakes: FileMistakes, **named: Iterable[str]) -
 
 
 def _bodies(
-    robot: Robot,
-    mesh_of: MeshOf,
-    limit: Limit,
-    report: Update,
-    *,
-    prefix: str,
-    free: bool,
-    density: float | None,
+    robot: Robot, mesh_of: MeshOf, limit: Limit, report: Update, density: float
 ) -> dict[str, dict[str, Any]]:
     """By link, the keywords of `Scene.add_body` for its shape and mass; all masses are known."""
     shapes: dict[str, Any] = {}
@@ -284,10 +255,10 @@ def _bodies(
         shapes[name] = _shape(link, mesh_of, robot)
     report(len(shapes), len(shapes))
     dense = [name for name, link in robot.links.items() if link.dense]
-    robot.weigh({k: (density or 0.0) * mass_properties(shapes[k]).volume for k in dense})
-    fixed = () if free else (robot.root,)
+    robot.weigh({name: density * mass_properties(shapes[name]).volume for name in dense})
+    fixed = () if robot.free else (robot.root,)
     masses = {name: 0.0 if name in fixed else link.mass for name, link in robot.links.items()}
-    return {k: {"name": prefix + k, "shape": shapes[k], "mass": masses[k]} for k in shapes}
+    return {name: {"shape": shapes[name], "mass": masses[name]} for name in shapes}
 
 
 def _shape(link: Link, mesh_of: MeshOf, robot: Robot) -> Any:
@@ -320,9 +291,7 @@ def _shape(link: Link, mesh_of: MeshOf, robot: Robot) -> Any:
     return placed[0] if len(placed) == 1 else together(placed)
 
 
-def _warn_of_open(
-    path: str, bodies: Mapping[str, Mapping[str, Any]], opened: Collection[str]
-) -> None:
+def _warn_of_open(path: str, bodies: Mapping[str, Mapping[str, Any]], opened: set[str]) -> None:
     """Warns of links whose mass properties are those of meshes, some of them `opened`."""
     bare = (name for name, body in bodies.items() if body["mass"] and "inertial" not in body)
     if names := [repr(name) for name in bare if name in opened]:

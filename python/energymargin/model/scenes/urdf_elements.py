@@ -45,8 +45,11 @@ OTHER_ROOTS = {
 SURFACE = ("rolling_friction", "spinning_friction", "restitution", "stiffness", "damping")
 CONTACT = ("lateral_friction", "inertia_scaling", *SURFACE)
 MAX_DEPTH = 100  # of nested elements; a shape is the fifth
-TURN = 6.2832  # rad; a full turn, with room for a rounded 2 pi
-FARTHEST = 20.0  # m; no part of a robot is farther from the one before it
+# By attribute of an origin its unit, its most, and the unit in which it was meant if it is more.
+UNITS = {
+    "rpy": ("rad", 6.2832, "degrees"),  # a full turn, with room for a rounded 2 pi
+    "xyz": ("m", 20.0, "millimetres"),  # no part of a robot is farther from the one before it
+}
 
 
 @dataclass(frozen=True)
@@ -64,6 +67,7 @@ class _Element:
         return (*self.one, *self.maybe, *self.many)
 
 
+JOINTED = ("origin", "axis", "limit", "dynamics", "mimic")
 GRAMMAR = {
     "robot": _Element(("name",), ("version",), many=("link", "joint")),
     "link": _Element(("name",), maybe=("inertial", "contact"), many=("collision",)),
@@ -79,11 +83,7 @@ GRAMMAR = {
     "mesh": _Element(("filename",), ("scale",)),
     "contact": _Element(maybe=CONTACT),
     **dict.fromkeys(CONTACT, _Element(("value",))),
-    "joint": _Element(
-        ("name", "type"),
-        one=("parent", "child"),
-        maybe=("origin", "axis", "limit", "dynamics", "mimic"),
-    ),
+    "joint": _Element(("name", "type"), one=("parent", "child"), maybe=JOINTED),
     "parent": _Element(("link",)),
     "child": _Element(("link",)),
     "axis": _Element(("xyz",)),
@@ -94,11 +94,7 @@ GRAMMAR = {
 
 
 def checked(
-    path: Path,
-    ignore: Collection[str],
-    limit: Limit,
-    mistakes: FileMistakes,
-    subtree: str | None = None,
+    path: Path, ignore: Collection[str], mistakes: FileMistakes, subtree: str | None
 ) -> tuple[ET.Element, Counter[str], tuple[str, ...]]:
     """The root of a URDF file, without what is not simulated, which `mistakes` counts.
 
@@ -114,7 +110,7 @@ def checked(
     """
     _require_places(ignore)
     require_robot(path)
-    root, declared = parsed(path, limit)
+    root, declared = parsed(path, mistakes.limit)
     if root.tag != "robot":
         way = OTHER_ROOTS.get(root.tag, "")
         raise ValueError(f"{path} is no URDF file: its root is <{root.tag}>, expected <robot>{way}")
@@ -127,7 +123,7 @@ def checked(
     _walk(root, "robot", mistakes)
     mistakes.check(features=False)
     if mistakes.features:
-        _strip(root, "", mistakes.features, declared, Counter())
+        _strip(root, "", set(mistakes.features), declared, Counter())
     warn(_units(path, root), str(path))
     return root, left_out, loose if MIMIC in ignore else ()
 
@@ -140,18 +136,13 @@ def _require_places(ignore: Collection[str]) -> None:
         if rule is None or (attribute and attribute not in (*rule.needs, *rule.takes)):
             continue
         parents = [f"<{parent}>" for parent, of in GRAMMAR.items() if tag in of.children]
-        raise ValueError(
-            f"ignore has {name!r}, which is simulated in {', '.join(parents) or 'each file'}; "
-            f"expected 'parent/{name}', which leaves it out in that parent alone"
-        )
+        wrong = f"ignore has {name!r}, which is simulated in {', '.join(parents) or 'each file'}"
+        expected = f"expected 'parent/{name}', which leaves it out in that parent alone"
+        raise ValueError(f"{wrong}; {expected}")
 
 
 def _strip(
-    element: ET.Element,
-    parent: str,
-    names: Collection[str],
-    declared: Collection[str],
-    left_out: Counter[str],
+    element: ET.Element, parent: str, names: set[str], declared: set[str], left_out: Counter[str]
 ) -> None:
     """Takes out elements and attributes by their names, and those of namespaces that the file does
     not declare, which it counts; and what asks for nothing."""
@@ -164,8 +155,9 @@ def _strip(
             left_out[found] += 1
         return bool(found)
 
-    for name in list(element.attrib):
-        if goes(name, f"{element.tag}.{name}", parent) or _nothing(element, name):
+    for name, text in list(element.attrib.items()):
+        turned = (element.tag, name) != ("axis", "rpy") or any(_floats(text) or "?")
+        if goes(name, f"{element.tag}.{name}", parent) or not turned:
             del element.attrib[name]
     for child in list(element):
         shaped = child.tag == "collision" and child.find("geometry/*") is not None
@@ -193,11 +185,6 @@ def _strip_repeated(element: ET.Element, left_out: Counter[str]) -> None:
 
 def _prefix(name: str) -> str:
     return name.rpartition(":")[0] or "xml"
-
-
-def _nothing(element: ET.Element, name: str) -> bool:
-    """Whether it is an axis that is not turned."""
-    return (element.tag, name) == ("axis", "rpy") and not any(_floats(element.attrib[name]) or "?")
 
 
 def _floats(text: str) -> list[float] | None:
@@ -259,17 +246,11 @@ def _units(path: Path, robot: ET.Element) -> Iterator[tuple[str, str]]:
             part = "" if place is item else f", {place.tag}"
             where = f"{item.tag} {item.get('name')!r}{part}:"
             for origin in place.findall("origin"):
-                for name, unit, most, other in (
-                    ("rpy", "rad", TURN, "degrees"),
-                    ("xyz", "m", FARTHEST, "millimetres"),
-                ):
-                    text = origin.get(name, "0")
+                for name, (unit, most, other) in UNITS.items():
+                    text, about = origin.get(name, "0"), f"{where} {name}"
                     if max(abs(float(word)) for word in text.split()) > most:
-                        yield (
-                            f"{where} {name}",
-                            f"{path.name}: {where} {name} is '{text}' {unit}, expected at most "
-                            f"{most:.4g}: was it meant in {other}?",
-                        )
+                        expected = f"expected at most {most:.4g}: was it meant in {other}?"
+                        yield about, f"{path.name}: {about} is '{text}' {unit}, {expected}"
 
 
 def parsed(path: Path, limit: Limit) -> tuple[ET.Element, set[str]]:

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin._core import LEAST_GYRATION, MOST_GYRATION, Inertial, mass_properties
+from energymargin.base.checks import Numbers
 from energymargin.base.plausibility import warn
 from energymargin.model.scenes.additions import GYRATION, FileMistakes
 from energymargin.model.scenes.corners import shape_parts
@@ -40,9 +40,7 @@ Found = Iterator[tuple[str, str, str]]
 """A kind of contradiction, a link, and what is wrong with this link."""
 
 
-def moving_inertials(
-    robot: Robot, mistakes: FileMistakes, *, free: bool, inertia: str
-) -> dict[str, Inertial]:
+def moving_inertials(robot: Robot, mistakes: FileMistakes, inertia: str) -> dict[str, Inertial]:
     """By link that moves and has a mass, its inertia, unless the shapes have it (those of a
     density, and all with `inertia="shapes"`).
 
@@ -52,7 +50,7 @@ def moving_inertials(
     found, wrong = {}, []
     for name, link in robot.links.items():
         of_shapes = link.dense or (inertia == "shapes" and link.geometries)
-        if (name == robot.root and not free) or of_shapes or link.mass == 0.0:
+        if (name == robot.root and not robot.free) or of_shapes or link.mass == 0.0:
             continue
         try:
             found[name] = _inertial(link, link.inertia)
@@ -80,26 +78,19 @@ def warn_of_links(path: Path, robot: Robot, bodies: Mapping[str, Mapping[str, An
     may reach beyond its collision shapes.
     """
     nothing = np.empty((0, 3))
-    points = {
-        name: np.concatenate([nothing, *shape_parts(body["shape"])])
-        for name, body in bodies.items()
-    }
+    parts = {name: [nothing, *shape_parts(body["shape"])] for name, body in bodies.items()}
+    points = {name: np.concatenate(own) for name, own in parts.items()}
     found: dict[str, list[str]] = {}
     for kind, link, text in (*_of_masses(bodies, points), *_of_places(robot, points)):
         found.setdefault(kind, []).append(f"{link!r} ({text})")
     texts = [
-        (
-            f"{path}: {kind}",
-            f"{path.name} has links with {kind}? {', '.join(links)}. {WAY_OUT}.",
-        )
+        (f"{path}: {kind}", f"{path.name} has links with {kind}? {', '.join(links)}. {WAY_OUT}.")
         for kind, links in found.items()
     ]
     warn(texts, f"{path} {found}")
 
 
-def _of_masses(
-    bodies: Mapping[str, Mapping[str, Any]], points: Mapping[str, NDArray[np.float64]]
-) -> Found:
+def _of_masses(bodies: Mapping[str, Mapping[str, Any]], points: Mapping[str, Numbers]) -> Found:
     for name, body in bodies.items():
         inertial, mass = body.get("inertial"), body["mass"]
         if inertial is None or not len(points[name]):
@@ -136,11 +127,11 @@ def _of_other_axes(shape: Any, mass: float, inertial: Inertial) -> str:
     return ORIGIN if _difference(own, moved) < SAME else ""
 
 
-def _difference(own: NDArray[np.float64], expected: NDArray[np.float64]) -> float:
+def _difference(own: Numbers, expected: Numbers) -> float:
     return float(np.linalg.norm(own - expected) / np.linalg.norm(expected))
 
 
-def _of_places(robot: Robot, points: Mapping[str, NDArray[np.float64]]) -> Found:
+def _of_places(robot: Robot, points: Mapping[str, Numbers]) -> Found:
     """Links that are far from those they hang on, with all joints at 0."""
     for joint in robot.joints.values():
         child, parent = points[joint.child], points[joint.parent]

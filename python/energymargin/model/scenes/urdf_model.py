@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from energymargin._core import Mimic
-from energymargin.base.limits import Limit
 from energymargin.model.scenes.additions import GYRATION, NEGLIGIBLE, FileMistakes
 from energymargin.model.scenes.poses import Pose
 from energymargin.model.scenes.urdf_elements import MIMIC, checked, reached
@@ -32,6 +31,8 @@ class Robot:
     root: str
     links: dict[str, Link]
     joints: dict[str, Joint]
+    free: bool = False
+    """Whether its root can move."""
     base: Pose = field(default_factory=lambda: np.eye(4))
     """The root link, in the frame of the file's root link."""
     merged: dict[str, tuple[str, Pose]] = field(default_factory=dict)
@@ -54,12 +55,17 @@ class Robot:
         shapes = [shape for link in self.links.values() for shape, _ in link.geometries]
         return {shape.filename: None for shape in shapes if isinstance(shape, MeshFile)}
 
-    def merge_frames(self, limit: Limit, mistakes: FileMistakes, *, free: bool) -> None:
+    def merge_frames(self, mistakes: FileMistakes, *, free: bool, dense: bool) -> None:
         """Merges links without mass into those that carry them.
 
         A `free` robot whose root has no mass has its base in the link that is fixed to the root, if
-        there is one. Raises TimeoutError or Cancelled at the limit.
+        there is one. `dense`: links without a mass have that of their shapes, where they have any.
+        Raises TimeoutError or Cancelled at the limit.
         """
+        self.free, links = free, self.links.items()
+        of_shapes = {name: link for name, link in links if not link.mass and link.geometries}
+        if dense:
+            self.links |= {name: replace(link, dense=True) for name, link in of_shapes.items()}
         below: dict[str, list[Joint]] = {name: [] for name in self.links}
         for joint in self.joints.values():
             below[joint.parent].append(joint)
@@ -71,7 +77,7 @@ class Robot:
             above = new.pop()
             carrier, at = places[above]
             for joint in below[above]:
-                limit.require(f"link {joint.child!r} was placed")
+                mistakes.limit.require(f"link {joint.child!r} was placed")
                 if joint.child in places:
                     continue
                 origin = joint.origin if carrier == above else at @ joint.origin
@@ -82,9 +88,8 @@ class Robot:
                     continue
                 self.joints[joint.name] = replace(joint, parent=carrier, origin=origin)
                 places[joint.child] = (joint.child, np.eye(4))
-        frames = [
-            name for name in (*carriers, *(j.child for j in joints)) if places[name][0] != name
-        ]
+        every = (*carriers, *(joint.child for joint in joints))
+        frames = [name for name in every if places[name][0] != name]
         self.merged = {name: places[name] for name in frames}
         self._carry(mistakes)
         moved = {joint.child for joint in self.joints.values()} | ({self.root} if free else set())
@@ -142,38 +147,23 @@ class Robot:
         self.stated[name] = f"{mass:.3g} kg"
 
 
-def read(
-    path: Path,
-    ignore: Collection[str],
-    limit: Limit,
-    mistakes: FileMistakes,
-    *,
-    free: bool,
-    dense: bool,
-    subtree: str | None = None,
-) -> Robot:
-    """The model of a file, or of one link and what hangs on it, without its frames.
+def read(path: Path, ignore: Collection[str], mistakes: FileMistakes, subtree: str | None) -> Robot:
+    """The model of a file, or of one link and what hangs on it, with its frames.
 
-    Frames are merged into the links that carry them. `dense`: links without a mass have that of
-    their shapes, where they have any. What is wrong with links and joints that does
-    not keep the model from being made is in `mistakes`; so is what is not simulated.
+    What is wrong with links and joints that does not keep the model from being made is in
+    `mistakes`; so is what is not simulated.
 
     Raises FileNotFoundError, ValueError that names all that is wrong, or what is not simulated, and
     TimeoutError or Cancelled at the limit.
     """
-    element, left_out, loose = checked(path, ignore, limit, mistakes, subtree)
+    element, left_out, loose = checked(path, ignore, mistakes, subtree)
     links = _by_name("link", link_of, element.findall("link"), mistakes)
-    if dense:
-        of_shapes = {k: link for k, link in links.items() if not link.mass and link.geometries}
-        links |= {name: replace(link, dense=True) for name, link in of_shapes.items()}
     joints = _by_name("joint", joint_of, element.findall("joint"), mistakes)
-    limit.require(f"{path} was read")
+    mistakes.limit.require(f"{path} was read")
     mistakes.check(features=False)
-    root, followed = _root(links, joints, mistakes), _followed(joints, limit, mistakes)
+    root, followed = _root(links, joints, mistakes), _followed(joints, mistakes)
     mistakes.check(features=False)
-    robot = Robot(root, links, followed, loose=loose, left_out=left_out)
-    robot.merge_frames(limit, mistakes, free=free)
-    return robot
+    return Robot(root, links, followed, loose=loose, left_out=left_out)
 
 
 def _by_name(
@@ -198,10 +188,8 @@ def _root(links: dict[str, Link], joints: dict[str, Joint], mistakes: FileMistak
                 known = ", ".join(links)
                 mistakes.add(f"joint {joint.name!r} has the {of} {link!r}, expected one of {known}")
         if joint.child in carried:
-            mistakes.add(
-                f"joints {carried[joint.child]!r} and {joint.name!r} both carry {joint.child!r}, "
-                "expected one: loops are not simulated"
-            )
+            wrong = f"joints {carried[joint.child]!r} and {joint.name!r} both carry {joint.child!r}"
+            mistakes.add(f"{wrong}, expected one: loops are not simulated")
         carried[joint.child] = joint.name
     roots = [name for name in links if name not in carried]
     if len(roots) != 1:
@@ -214,11 +202,11 @@ def _root(links: dict[str, Link], joints: dict[str, Joint], mistakes: FileMistak
     return roots[0]
 
 
-def _followed(joints: dict[str, Joint], limit: Limit, mistakes: FileMistakes) -> dict[str, Joint]:
+def _followed(joints: dict[str, Joint], mistakes: FileMistakes) -> dict[str, Joint]:
     """The joints, each mimic joint with the moving joint at the end of its chain."""
     followed = dict(joints)
     for name, joint in joints.items():
-        limit.require(f"joint {name!r} was read")
+        mistakes.limit.require(f"joint {name!r} was read")
         if joint.mimic:
             with mistakes.listed():
                 followed[name] = replace(joint, mimic=_source(joint, joints))
