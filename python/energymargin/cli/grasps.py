@@ -9,10 +9,10 @@ from typing import Annotated
 
 import numpy as np
 from cyclopts import Parameter
-from numpy.typing import NDArray
 from rich.markup import escape
 
 import energymargin as em
+from energymargin.base.arrays import Floats
 from energymargin.base.bars import bar
 from energymargin.base.interrupts import on_interrupt
 from energymargin.base.plausibility import kept_warnings
@@ -33,8 +33,6 @@ from energymargin.cli.options import Outputs, Where, given, panel
 from energymargin.cli.places import PICTURES, TEXTS, require_free, say_written, write_plot
 from energymargin.cli.progress import share_bar
 from energymargin.cli.terminal import TIMED_OUT, err, loading, out, say, warn
-
-Column = NDArray[np.float64]
 
 STORE, PAGE = ".db", ".html"
 COARSE = 0.002  # m; parts that are farther from the mesh are felt by fingers
@@ -185,7 +183,7 @@ def _cancelled_by_interrupt() -> Iterator[em.Cancel]:
         raise KeyboardInterrupt from None
 
 
-def _baselines(scores: em.grasps.GraspScores) -> dict[str, Column]:
+def _baselines(scores: em.grasps.GraspScores) -> dict[str, Floats]:
     """The columns of the baselines; their table is printed where labels say who is right."""
     with bar("Baselines", "grasps") as progress:
         columns = em.grasps.baselines(scores, progress=progress)
@@ -199,7 +197,7 @@ def _baselines(scores: em.grasps.GraspScores) -> dict[str, Column]:
 
 def _write(
     scores: em.grasps.GraspScores,
-    columns: dict[str, Column],
+    columns: dict[str, Floats],
     file: Path,
     outputs: Sequence[Path],
     grasps: Path | None,
@@ -224,7 +222,7 @@ def _write(
     say_written(outputs)
 
 
-def _write_grasps(scores: em.grasps.GraspScores, more: dict[str, Column], path: Path) -> None:
+def _write_grasps(scores: em.grasps.GraspScores, more: dict[str, Floats], path: Path) -> None:
     """The grasps that have scores, with them."""
     scored = scores.counted > 0
     low, high = scores.interval()[scored].T

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import energymargin as em
+from energymargin.base.arrays import Floats
 from energymargin.base.bars import bar
 from energymargin.base.checks import whole_number
 from energymargin.cli.grasp_words import OF_OBJECT, Thing, arguments_as_options, chosen_hand
@@ -155,7 +155,7 @@ def _yaws(turns: int) -> list[float]:
     return [2 * np.pi * turn / turns for turn in range(turns)]
 
 
-def _poses(path: Path) -> dict[str, NDArray[np.float64]]:
+def _poses(path: Path) -> dict[str, Floats]:
     """The poses of a table by name. Raises ValueError on a name that is there twice."""
     rows = em.grasps.read(path)
     if len(set(rows.names)) < len(rows):

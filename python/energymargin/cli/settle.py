@@ -6,10 +6,8 @@ import re
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
-from numpy.typing import NDArray
-
 import energymargin as em
+from energymargin.base.arrays import Floats
 from energymargin.base.bars import bar
 from energymargin.cli.options import Outputs, panel
 from energymargin.cli.places import require_complete, require_outputs, show_table
@@ -80,7 +78,7 @@ def settle(
 
 def _start(
     file: Path, ground: float | None, base: str, keyframe: str | None, ignore: tuple[str, ...]
-) -> tuple[em.Scene, NDArray[np.float64] | None]:
+) -> tuple[em.Scene, Floats | None]:
     """The scene of a file, and the state of a problem. Raises ValueError on another format."""
     suffix, state = file.suffix.lower(), None
     if suffix == ".json":

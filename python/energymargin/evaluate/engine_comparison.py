@@ -10,14 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, CaptureProbability, Problem, World
+from energymargin.base.arrays import Floats
 from energymargin.base.checks import shown
 from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
 from energymargin.disturbances import Disturbance
 from energymargin.evaluate.scores import capture_probability
 from energymargin.model.engines import Engine
-
-Numbers = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -28,22 +27,22 @@ class EngineComparison(Record, Summarized):
     """Names, E of them."""
     probabilities: tuple[CaptureProbability, ...]
     """Of each engine."""
-    exit_times: Numbers
+    exit_times: Floats
     """When each draw is lost in each engine [s], shape (E, n); inf: it is not, nan: it diverged."""
-    times: Numbers
+    times: Floats
     """Times of the undisturbed futures, shape (T,) [s]."""
-    distances: Numbers
+    distances: Floats
     """How far the objects are in each engine from where the first one has them in the undisturbed
     future, the most of them [m], shape (E, T)."""
 
     def differing(self, engine: int = 1) -> NDArray[np.intp]:
-        """Numbers of the draws that one engine loses and the first does not, or the reverse."""
+        """Floats of the draws that one engine loses and the first does not, or the reverse."""
         first, other = self.exit_times[0], self.exit_times[engine]
         known = ~(np.isnan(first) | np.isnan(other))
         return np.flatnonzero(known & (np.isinf(first) != np.isinf(other)))
 
     @property
-    def agreement(self) -> Numbers:
+    def agreement(self) -> Floats:
         """Share of the draws that end as in the first engine, shape (E,)."""
         count = max(1, self.exit_times.shape[1])
         return np.array([1 - self.differing(i).size / count for i in range(len(self.engines))])
@@ -137,8 +136,8 @@ def _counted(
 
 
 def _undisturbed(
-    problem: Problem, times: Numbers, timeout: float | None, cancel: Cancel | None
-) -> Numbers:
+    problem: Problem, times: Floats, timeout: float | None, cancel: Cancel | None
+) -> Floats:
     """Positions of the objects without a disturbance, shape (T, k, 3)."""
     scene, record = problem.scene, np.rint(times / problem.scene.step).astype(int).tolist()
     world: Any = World(scene, problem.plan) if problem.plan else World(scene)

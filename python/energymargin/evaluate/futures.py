@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Plan, Problem, World, capture_probability
+from energymargin.base.arrays import Floats
 from energymargin.disturbances import Uniform
 from energymargin.evaluate.searches import SearchSettings
 
@@ -24,9 +24,9 @@ NamedValue = tuple[str, str]
 class Undisturbed(NamedTuple):
     """The robot follows its plan, and no wrench acts on the objects: K moments."""
 
-    times: NDArray[np.float64]
+    times: Floats
     """From 0 to the horizon [s], shape (K,)."""
-    states: NDArray[np.float64]
+    states: Floats
     """Shape (K, n)."""
     exit: float | None
     """When the objects are first seen outside of the capture set, for long enough [s]; None: they

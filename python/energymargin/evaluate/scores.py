@@ -10,9 +10,6 @@ import math
 from collections.abc import Callable
 from typing import Any, Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
 import energymargin._core as core
 from energymargin._core import (
     Box,
@@ -34,6 +31,7 @@ from energymargin._core import (
     Problem,
     Sphere,
 )
+from energymargin.base.arrays import Floats
 from energymargin.base.checks import core_count
 from energymargin.base.doors import check_doors
 from energymargin.disturbances import Disturbance, Uniform
@@ -246,7 +244,7 @@ def capture_probability(
     step: float | Literal["auto"] | None = None,
     drawn_step: float | None = None,
     rare: bool = False,
-    level: Callable[[NDArray[np.float64]], Any] | None = None,
+    level: Callable[[Floats], Any] | None = None,
     ahead: float | None = None,
     timeout: float | None = None,
     cancel: Cancel | None = None,

@@ -9,9 +9,9 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Problem, warn_of_steps
+from energymargin.base.arrays import Floats, Ints
 from energymargin.base.checks import shown, whole_number
 from energymargin.base.errors import EnergyMarginError, ExecutorError
 from energymargin.base.limits import Limit
@@ -148,18 +148,18 @@ COLUMNS: dict[str, type] = {
 class ScoreTable(Record, Summarized):
     """One row a problem: `table["capture"]` is the capture score of each, shape (N,)."""
 
-    index: NDArray[np.int64]
+    index: Ints
     """Number of the problem of each row, shape (N,), rising."""
-    seconds: NDArray[np.float64]
+    seconds: Floats
     """Computing time of each, that of its searches on their threads added up [s], shape (N,)."""
-    scores: dict[str, NDArray[np.float64]]
+    scores: dict[str, Floats]
     """Scores by metric, shape (N,): capture, success in 0..1; effort [J], inf without an escape;
     force."""
-    steps: NDArray[np.int64]
+    steps: Ints
     """Simulation steps of each problem, shape (N,)."""
-    unconverged: NDArray[np.int64]
+    unconverged: Ints
     """Simulation steps whose contact solver did not converge, shape (N,)."""
-    lost_time: NDArray[np.float64]
+    lost_time: Floats
     """Time of each in which nothing moved, as bodies would have passed through each other [s],
     shape (N,)."""
     warnings: dict[int, tuple[str, ...]] = field(default_factory=dict)
@@ -171,7 +171,7 @@ class ScoreTable(Record, Summarized):
         """How many problems."""
         return len(self.index)
 
-    def __getitem__(self, metric: str) -> NDArray[np.float64]:
+    def __getitem__(self, metric: str) -> Floats:
         """The scores of one metric, shape (N,); KeyError if it was not computed."""
         if metric not in self.scores:
             raise KeyError(f"{metric!r} was not computed; there are: {', '.join(self.scores)}")

@@ -57,11 +57,7 @@ them than the others."""
 MOST_NODES = 10**9
 
 # Settings that came later: with these values, a question is the one that it was without them.
-LATER: dict[str, Any] = {
-    "strength": 1.0,
-    "objects": None,
-    "common_random_numbers": False,
-}
+LATER: dict[str, Any] = {"strength": 1.0, "objects": None, "common_random_numbers": False}
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,9 @@ from functools import partial
 from statistics import NormalDist
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin._core import Cancel, CaptureProbability, Problem
+from energymargin.base.arrays import Floats, Ints
 from energymargin.base.checks import function_or_none, share, whole_number
 from energymargin.base.errors import DivergedError
 from energymargin.base.limits import Limit
@@ -30,19 +30,19 @@ class TriedStep(Record):
 
     step: float
     """[s]"""
-    captured: NDArray[np.float64]
+    captured: Floats
     """Probability of each problem, shape (P,); empty where the step does not fit."""
-    better: NDArray[np.int64]
+    better: Ints
     """Rollouts of each problem that stay captured with this step and not with the finest one."""
-    worse: NDArray[np.int64]
+    worse: Ints
     """Those that stay captured with the finest one alone."""
-    pairs: NDArray[np.int64]
+    pairs: Ints
     """Rollouts of each problem that count, as they diverge with neither step, shape (P,)."""
     refused: str = ""
     """Why it does not fit the problems, as their rollouts diverge with it; empty: it does."""
 
     @property
-    def differences(self) -> NDArray[np.float64]:
+    def differences(self) -> Floats:
         """Probability of each problem less that of the finest step, shape (P,)."""
         return (self.better - self.worse) / self.pairs
 
@@ -137,7 +137,7 @@ def longest_step(
     nothing = np.zeros(len(asked), int)
     done, total = 0, len(asked) * (len(LADDER) + 1)
 
-    def exits(step: float) -> NDArray[np.float64]:
+    def exits(step: float) -> Floats:
         """When each rollout of each problem leaves [s], as `exit_times`, shape (P, rollouts)."""
         nonlocal done
         found: list[CaptureProbability] = []
@@ -153,7 +153,7 @@ def longest_step(
                 raise DivergedError(subject, one.diverged, rollouts)
         return np.array([one.exit_times for one in found])
 
-    def compared(step: float, found: NDArray[np.float64]) -> TriedStep:
+    def compared(step: float, found: Floats) -> TriedStep:
         counts = ~np.isnan(found) & ~np.isnan(finest)
         kept, finer = counts & np.isinf(found), counts & np.isinf(finest)
         captured = np.isinf(found).sum(1) / (~np.isnan(found)).sum(1)

@@ -10,14 +10,12 @@ from typing import Any
 
 import numpy as np
 from matplotlib.path import Path
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull as Hull, QhullError
 from scipy.spatial.transform import Rotation
 
 from energymargin._core import Plane, Scene
+from energymargin.base.arrays import Floats
 from energymargin.model.scenes import body_poses, shape_parts
-
-Floats = NDArray[np.float64]
 
 AXES = ("x", "y", "z")
 ACROSS = (("y", "z"), ("x", "z"), ("x", "y"))  # the planes across x, y and z

@@ -9,12 +9,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
 from energymargin.act.candidates import Standing
 from energymargin.act.improvement import Improvement
 from energymargin.act.profile import EFFORT, MarginProfile
 from energymargin.act.ranking import Ranking
+from energymargin.base.arrays import Floats
 from energymargin.base.metrics import KINDS, axis_label, is_likelihood, value_text, with_unit
 from energymargin.look.plots import styles
 
@@ -165,7 +165,7 @@ def _count_generations(ax: Axes, count: int) -> None:
     styles.light_grid(ax)
 
 
-def _median(scores: NDArray[np.float64]) -> float:
+def _median(scores: Floats) -> float:
     """Median of the scores that are not NaN; NaN if there is none."""
     there = scores[~np.isnan(scores)]
     return float(np.median(there)) if len(there) else np.nan

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from energymargin._core import Scene
+from energymargin.base.arrays import Floats
 from energymargin.base.checks import whole_number
 from energymargin.grasps.outcomes import NO_GRIP, Closed
 from energymargin.grasps.scores import GraspScores, grasp_of
@@ -101,7 +101,7 @@ def figure_grasp(scores: GraspScores, number: int) -> Figure:
     return figure
 
 
-def _turned(scene: Scene, closed: Closed, table: bool) -> NDArray[np.float64]:
+def _turned(scene: Scene, closed: Closed, table: bool) -> Floats:
     """The state seen from the hand; with a table about the vertical alone."""
     hand = closed.hand
     place = scene.unpack(closed.state)[hand.base]

@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
+from energymargin.base.arrays import Floats
 from energymargin.base.metrics import ANY, axis_label, is_likelihood
 from energymargin.base.table_text import short
 from energymargin.look.plots import styles
@@ -133,7 +133,7 @@ def plot_distribution(one: curves.Wrongness, ax: Axes) -> None:
     styles.draw_legend(ax)
 
 
-def _range(metric: str, finite: NDArray[np.float64]) -> tuple[float, float]:
+def _range(metric: str, finite: Floats) -> tuple[float, float]:
     """Where the bins begin and end."""
     if is_likelihood(metric) or not len(finite):
         return 0.0, 1.0

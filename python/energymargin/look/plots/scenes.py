@@ -9,17 +9,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, to_rgba
 from matplotlib.patches import Polygon
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from energymargin._core import Plane, Problem, Scene
+from energymargin.base.arrays import Floats, Mask
 from energymargin.evaluate.futures import Undisturbed
 from energymargin.look import outlines
 from energymargin.look.plots.styles import BODY_COLORS, LOST_COLOR
 from energymargin.model.scenes import body_poses
 from energymargin.regions import Region
-
-Floats = NDArray[np.float64]
 
 ORDERS = {"none": 2, "effector": 3, "object": 3.5}  # of roles, from the back
 BLOCK = 2**21  # numbers of states in memory at once
@@ -159,7 +157,7 @@ def draw_set(
     return ""
 
 
-def lost_objects(problem: Problem, states: Floats) -> NDArray[np.bool_]:
+def lost_objects(problem: Problem, states: Floats) -> Mask:
     """Which object is outside of its capture set in which of M states, shape (M, k).
 
     With one set for all objects, all of them are in it or none is. Where the sets of single objects
@@ -172,7 +170,7 @@ def lost_objects(problem: Problem, states: Floats) -> NDArray[np.bool_]:
     return ~np.stack([np.asarray(captured) for captured in inside], axis=1)
 
 
-def leaving_objects(problem: Problem, future: Undisturbed) -> NDArray[np.bool_]:
+def leaving_objects(problem: Problem, future: Undisturbed) -> Mask:
     """Which objects are outside when an undisturbed future leaves, shape (k,): all of them, if the
     sets of single objects are not known; none without an exit."""
     moment = future.exit_moment
@@ -182,9 +180,7 @@ def leaving_objects(problem: Problem, future: Undisturbed) -> NDArray[np.bool_]:
     return lost if lost.any() else np.ones_like(lost)
 
 
-def inside_at(
-    problem: Problem, region: Region, places: Floats, axes: Sequence[str]
-) -> NDArray[np.bool_]:
+def inside_at(problem: Problem, region: Region, places: Floats, axes: Sequence[str]) -> Mask:
     """Whether the state, else unchanged, is in a set with the objects' centres at each of N places
     along some axes, shape (N, len(axes)); shape (N,). Nowhere if one is on a joint."""
     scene, blocks = problem.scene, []

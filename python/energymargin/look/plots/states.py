@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Normalize, to_rgba
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
 from energymargin._core import CaptureScore, EscapeEffort, Plane, Problem, Scene
 from energymargin.base import checks
+from energymargin.base.arrays import Floats
 from energymargin.look import outlines
 from energymargin.look.plots import styles, trees
 from energymargin.look.plots.scenes import draw_bodies, draw_ghost, draw_set, set_plane, sets_of
@@ -160,9 +160,7 @@ def _check_looks(limits: outlines.Limits, most: float | None, ghosts: int, detai
         raise ValueError(f"limits is {limits!r}, expected {VIEW}")
 
 
-def _telling(
-    problem: Problem, states: NDArray[np.float64], escape: trees.Escape | None
-) -> NDArray[np.float64]:
+def _telling(problem: Problem, states: Floats, escape: trees.Escape | None) -> Floats:
     """Those that a view has to show: the start, where a body gets farthest, and the escape.
 
     What is lost may fall far away: if the start is not, what counts are nodes that are not either.

@@ -18,10 +18,9 @@ from matplotlib.axis import XAxis, YAxis
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
+from energymargin.base.arrays import Floats, Mask
 from energymargin.base.checks import check_type, yes_or_no
 from energymargin.base.metrics import ANY, TIMED
-
-Floats = NDArray[np.float64]
 
 COSTS = "cividis"
 CAPTURED_COLOR = "#56B4E9"
@@ -138,7 +137,7 @@ def folded(text: str) -> str:
     return "\n".join(wrap(text, LONGEST)[:MOST_LINES]).replace("$", r"\$")
 
 
-def shade_frames(ax: Axes, times: Floats, shaded: NDArray[np.bool_], label: str) -> None:
+def shade_frames(ax: Axes, times: Floats, shaded: Mask, label: str) -> None:
     """A band about each shaded frame, reaching half-way to its neighbours; about the only one, half
     a unit to both sides. The label is in the legend once."""
     middles = (times[1:] + times[:-1]) / 2

@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from energymargin.base.arrays import Floats, Mask
 from energymargin.base.checks import check_shape, check_type, numbers_of, one_of
 from energymargin.base.metrics import ANY, KINDS, is_likelihood, metric_kind, of_kind
 from energymargin.look.plots import styles
@@ -41,19 +42,19 @@ def labelled_scores(scores: Scores) -> LabelledScores:
 class TrajectoryScores(NamedTuple):
     """What `plot_scores` draws of one trajectory of K frames."""
 
-    times: NDArray[np.float64] | None
+    times: Floats | None
     """Times of the frames [s], shape (K,), rising; None: they are counted."""
-    scores: Mapping[str, NDArray[np.float64]]
+    scores: Mapping[str, Floats]
     """By metric, shape (K,): inf where no escape was found, NaN where there is no score."""
-    captured: NDArray[np.bool_] | None
+    captured: Mask | None
     """Whether each frame is captured, shape (K,); None: it is not known."""
-    captured_any: NDArray[np.bool_] | None = None
+    captured_any: Mask | None = None
     """Whether at least one of several objects is captured, shape (K,); None: there is one set."""
-    bands: Mapping[str, NDArray[np.float64]] = {}
+    bands: Mapping[str, Floats] = {}
     """By metric, the quantiles BAND of its score under a belief, shape (K, 2)."""
 
     @property
-    def frames(self) -> NDArray[np.float64]:
+    def frames(self) -> Floats:
         """Where they are on the x axis: at their times [s], or else their numbers."""
         if self.times is not None:
             return self.times
@@ -125,7 +126,7 @@ def _checked(
     )
 
 
-def _labels(name: str, given: ArrayLike | None, shape: tuple[int, ...]) -> NDArray[np.bool_] | None:
+def _labels(name: str, given: ArrayLike | None, shape: tuple[int, ...]) -> Mask | None:
     if given is None:
         return None
     labels = np.asarray(given)
@@ -239,9 +240,7 @@ def _draw_row(
         styles.light_grid(ax)
 
 
-def _draw_scores(
-    ax: Axes, times: NDArray[np.float64], values: NDArray[np.float64], name: str, height: float
-) -> None:
+def _draw_scores(ax: Axes, times: Floats, values: Floats, name: str, height: float) -> None:
     """A line through what is finite; dashed, with rings, for at least one object."""
     style = styles.metric_style(name)
     missing = int(np.isnan(values).sum())

@@ -13,9 +13,9 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
 from energymargin._core import CaptureScore, EscapeEffort, Problem, Tree
+from energymargin.base.arrays import Floats, Mask
 from energymargin.look.outlines import Limits, Plan, object_centers
 from energymargin.look.plots.scenes import draw_lost, lost_objects, sets_of
 from energymargin.look.plots.styles import COSTS, LOST_COLOR, nodes_in_words
@@ -31,9 +31,7 @@ ESCAPE: dict[str, Any] = {  # a thick line over all, with a square where the obj
 Result = CaptureScore | EscapeEffort
 
 
-def draw_tree(
-    ax: Axes, problem: Problem, tree: Tree, plane: Plan, costs: Normalize
-) -> NDArray[np.float64]:
+def draw_tree(ax: Axes, problem: Problem, tree: Tree, plane: Plan, costs: Normalize) -> Floats:
     """Edges, nodes by cost, and a cross at each object that is lost; where these are, (N, 2)."""
     points = object_centers(problem.scene, tree.states, plane)
     edges = np.stack([points[tree.parents[1:]], points[1:]], axis=2).reshape(-1, 2, 2)
@@ -49,7 +47,7 @@ def draw_tree(
     return outside
 
 
-def in_view(points: NDArray[np.float64], limits: Limits) -> NDArray[np.bool_]:
+def in_view(points: Floats, limits: Limits) -> Mask:
     """Which points, shape (..., 2), are in the view, shape (...)."""
     low, high = np.transpose(limits)
     return np.asarray(((points >= low) & (points <= high)).all(axis=-1))
@@ -80,7 +78,7 @@ def draw_color_bar(
 class Escape(NamedTuple):
     """A way out of the capture set."""
 
-    states: NDArray[np.float64]
+    states: Floats
     """From the start to the first state outside, shape (P, n); P is 0 if none was found."""
     effort: float
     """[J]; inf if none was found."""

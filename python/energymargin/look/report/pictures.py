@@ -19,9 +19,9 @@ import PIL.Image
 from matplotlib import pyplot, rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 import energymargin as em
+from energymargin.base.arrays import Floats, Ints
 from energymargin.base.metrics import with_unit
 from energymargin.base.table_text import sentence
 from energymargin.look import plots
@@ -50,7 +50,7 @@ class Image(NamedTuple):
     """Title of the list that it is chosen from."""
 
 
-def along(subject: Subject, wrong: NDArray[np.float64], most: int) -> list[Image]:
+def along(subject: Subject, wrong: Floats, most: int) -> list[Image]:
     """At most so many trajectories: half those whose scores are most wrong, `wrong` (T,), and of
     the others some that are evenly spaced."""
     worst, others = chosen(np.array(subject.scored, int), wrong, most)
@@ -59,9 +59,7 @@ def along(subject: Subject, wrong: NDArray[np.float64], most: int) -> list[Image
     return [_trajectory(subject, t, group) for t, group in groups.items()]
 
 
-def chosen(
-    scored: NDArray[np.int64], wrong: NDArray[np.float64], most: int
-) -> tuple[list[int], list[int]]:
+def chosen(scored: Ints, wrong: Floats, most: int) -> tuple[list[int], list[int]]:
     """The most wrong of the trajectories `scored`, from the worst on, and evenly spaced others,
     rising."""
     order = scored[np.argsort(-np.nan_to_num(wrong[scored], nan=-1.0), kind="stable")]

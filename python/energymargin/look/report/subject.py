@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 import energymargin as em
+from energymargin.base.arrays import Floats, Ints
 from energymargin.base.closing import Closing
 from energymargin.base.metrics import ANY, METRICS, TIMED, USUAL
 from energymargin.base.reprs import Record
@@ -39,7 +39,7 @@ class Subject(Record, Closing):
     labelled: em.evaluation.LabelledScores
     now: em.evaluation.LabelledScores | None
     """Of scores with a horizon, those of the states as they are beside them, if there are any."""
-    bands: dict[str, NDArray[np.float64]]
+    bands: dict[str, Floats]
     """By metric, between what the middle of the particles' scores lie, shape (N, 2); empty without
     a belief."""
 
@@ -56,17 +56,17 @@ class Subject(Record, Closing):
             self.dataset.close()
 
     @cached_property
-    def members(self) -> list[NDArray[np.int64]]:
+    def members(self) -> list[Ints]:
         """The numbers of the states, one array a trajectory."""
         return self.labelled.by_trajectory()
 
     @cached_property
-    def frames(self) -> NDArray[np.int64]:
+    def frames(self) -> Ints:
         """Which frame of its trajectory each state is, shape (N,)."""
         return np.concatenate([np.arange(len(states)) for states in self.members])
 
     @cached_property
-    def ahead(self) -> NDArray[np.int64]:
+    def ahead(self) -> Ints:
         """How many frames of its trajectory were recorded after each state, shape (N,)."""
         return np.concatenate([np.arange(len(states))[::-1] for states in self.members])
 
@@ -76,7 +76,7 @@ class Subject(Record, Closing):
         lacks = np.all([np.isnan(values) for values in self.labelled.scores.values()], axis=0)
         return [t for t, own in enumerate(self.members) if not lacks[own].all()]
 
-    def scores(self, metric: str) -> NDArray[np.float64]:
+    def scores(self, metric: str) -> Floats:
         """Scores of a metric as it is named in tables, shape (N,): there one force score is held
         against two labels."""
         return self.labelled.scores["force" if metric == "force" + ANY else metric]

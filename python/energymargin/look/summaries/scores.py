@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 import energymargin as em
+from energymargin.base.arrays import Floats
 from energymargin.base.metrics import ANY, TIMED, value_text
 from energymargin.base.summary import MOST_ROWS, Summary
 from energymargin.evaluate.futures import disturbance_in_words
@@ -38,7 +38,7 @@ def labelled_scores(labelled: em.evaluation.LabelledScores) -> Summary:
     return Summary(f"Labelled scores of {labelled.task}", rows, head, [note])
 
 
-def _counts(values: NDArray[np.float64]) -> tuple[object, ...]:
+def _counts(values: Floats) -> tuple[object, ...]:
     missing, infinite = int(np.isnan(values).sum()), int(np.isinf(values).sum())
     counts = (len(values) - missing, missing, infinite)
     finite = values[np.isfinite(values)]

@@ -9,9 +9,9 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 import energymargin as em
+from energymargin.base.arrays import Floats, Mask
 from energymargin.base.metrics import is_likelihood
 from energymargin.look.plots.scenes import lost_objects
 from energymargin.look.plots.trees import most_cost
@@ -56,7 +56,7 @@ class Scored:
         return {name: em.searches.value_of(name, found) for name in there}
 
     @cached_property
-    def lost(self) -> NDArray[np.bool_]:
+    def lost(self) -> Mask:
         """Which object is out of its capture set in which node, shape (M + 1, k)."""
         return lost_objects(self.problem, self.tree.states)
 
@@ -111,11 +111,11 @@ def score_state(
 class ReplayedWay(NamedTuple):
     """K moments from the root of a tree to one of its nodes."""
 
-    times: NDArray[np.float64]
+    times: Floats
     """Since the root [s], shape (K,)."""
-    states: NDArray[np.float64]
+    states: Floats
     """Shape (K, n)."""
-    costs: NDArray[np.float64]
+    costs: Floats
     """Effort since the root [J], shape (K,)."""
 
 

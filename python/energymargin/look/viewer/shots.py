@@ -15,10 +15,11 @@ from typing import Any
 import matplotlib
 import numpy as np
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull
 
 import energymargin as em
+from energymargin.base.arrays import Floats, Ints, Mask
 from energymargin.look.outlines import object_centers
 from energymargin.look.plots.scenes import leaving_objects, sets_of
 from energymargin.look.plots.styles import (
@@ -30,8 +31,6 @@ from energymargin.look.plots.styles import (
 )
 from energymargin.look.viewer.search import Scored
 from energymargin.look.viewer.sets import Surface, is_flat, region_surface, view_around
-
-Floats = NDArray[np.float64]
 
 # Opacities: the tree begins within the object, and walls often stand in front.
 OPACITY = {"object": 0.6, "effector": 1.0, "none": 0.35}
@@ -219,9 +218,7 @@ def tree_parts(
     return dots, edges
 
 
-def _drawn(
-    places: Floats, nodes: NDArray[np.int64], scored: Scored, size: float, most: int
-) -> dict[str, Any]:
+def _drawn(places: Floats, nodes: Ints, scored: Scored, size: float, most: int) -> dict[str, Any]:
     """What is drawn of N nodes or edges of k objects, shape (k, N, ...), sorted by their node."""
     points, numbers = places.reshape(-1, *places.shape[2:]), np.tile(nodes, len(places))
     outside, costs = scored.lost[nodes].T.ravel(), scored.tree.costs[numbers]
@@ -231,9 +228,7 @@ def _drawn(
     return {"points": points[drawn], "outside": outside[drawn], "numbers": numbers[drawn]}
 
 
-def one_a_spot(
-    values: Floats, kinds: NDArray[np.bool_], order: Floats, size: float, most: int
-) -> NDArray[np.int64]:
+def one_a_spot(values: Floats, kinds: Mask, order: Floats, size: float, most: int) -> Ints:
     """Rows of points or edges, shape (N, D), that are drawn: of those of one kind, shape (N,), on a
     spot the one that comes first in `order`, shape (N,); and at most so many. size: of the view
     [m]."""

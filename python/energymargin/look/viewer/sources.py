@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import energymargin as em
 from energymargin import MarginProfile, Problem, datasets
+from energymargin.base.arrays import Floats, Mask
 from energymargin.base.checks import check_type
 from energymargin.base.reprs import Record
 
@@ -32,9 +32,9 @@ LOW = 0.1  # quantile of the particles of a belief that is shown beside their me
 class Frames(Record):
     """The frames of one trajectory."""
 
-    times: NDArray[np.float64]
+    times: Floats
     """Time of each [s], shape (K,)."""
-    states: NDArray[np.float64]
+    states: Floats
     """Shape (K, n)."""
     problem: Callable[[int], Problem]
     """The problem of a frame; raises ValueError if its state makes none."""
@@ -43,10 +43,10 @@ class Frames(Record):
     `energymargin score` gives the dataset or, with None, `capture_score` the problem."""
     first: int = 0
     """The first frame's number among all states of a dataset."""
-    captured: NDArray[np.bool_] | None = None
+    captured: Mask | None = None
     """Whether each state lies in its capture set, shape (K,); None if it is not known."""
     success: bool | None = None
-    captured_any: NDArray[np.bool_] | None = None
+    captured_any: Mask | None = None
     """Whether at least one of several objects is captured, shape (K,)."""
     disturbance: Any = None
     """Disturbance of their probabilities; None: that of the settings."""
@@ -175,7 +175,7 @@ def _frame_of(frames: Frames) -> int:
 class FrameScores(Record):
     """Scores of all states that were computed before."""
 
-    columns: list[tuple[str, dict[str, NDArray[np.float64]]]]
+    columns: list[tuple[str, dict[str, Floats]]]
     """Titles, and the scores of each state by metric; NaN is one that is missing."""
     search: dict[str, Any]
     """Settings with which a search gives the same scores."""

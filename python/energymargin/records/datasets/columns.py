@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Contact
+from energymargin.base.arrays import Ints
 from energymargin.base.checks import check_type, whole_number
 from energymargin.base.reprs import Record
 from energymargin.tasks.trajectories import Trajectory
@@ -79,7 +80,7 @@ class Block(Record):
         return len(self.rows)
 
     @cached_property
-    def starts(self) -> dict[str, NDArray[np.int64]]:
+    def starts(self) -> dict[str, Ints]:
         """Where each trajectory begins in the columns, by what counts their entries."""
         return starts(self.rows)
 
@@ -120,14 +121,14 @@ class Block(Record):
         check_labels(self.columns["captured_any"])
 
 
-def starts(rows: NDArray[np.void]) -> dict[str, NDArray[np.int64]]:
+def starts(rows: NDArray[np.void]) -> dict[str, Ints]:
     """Where each of T trajectories begins in a column, and the end; shape (T + 1,)."""
     counts = {name: rows[name] for name in ("frames", "contact_count", "params_bytes")}
     counts["values"] = rows["frames"] * rows["width"]
     return {name: np.concatenate([[0], np.cumsum(count)]) for name, count in counts.items()}
 
 
-def cuts(frames: NDArray[np.int64]) -> list[int]:
+def cuts(frames: Ints) -> list[int]:
     """Where trajectories of so many frames are cut into blocks: the first of each, and the end.
 
     A block ends with the trajectory that fills it, so that the cuts depend on what is cut alone.
@@ -231,9 +232,7 @@ def as_blocks(trajectories: Iterable[Trajectory]) -> Iterator[Block]:
 class _Contacts(Sequence[list[Contact]]):
     """The contacts of recorded frames, made when a frame is asked for."""
 
-    def __init__(
-        self, rows: NDArray[np.void], counts: NDArray[np.int64], bodies: Sequence[str]
-    ) -> None:
+    def __init__(self, rows: NDArray[np.void], counts: Ints, bodies: Sequence[str]) -> None:
         self.rows, self.counts, self.bodies = rows, counts, bodies
         self._ends = np.cumsum(counts).tolist()
 
@@ -274,7 +273,7 @@ def _contact_rows(
     return np.array(entries, dtype=CONTACT)
 
 
-def _contact_counts(contacts: Sequence[Sequence[Contact]]) -> NDArray[np.int64]:
+def _contact_counts(contacts: Sequence[Sequence[Contact]]) -> Ints:
     if isinstance(contacts, _Contacts):
         return contacts.counts
     return np.array([len(frame) for frame in contacts], dtype=np.int64)

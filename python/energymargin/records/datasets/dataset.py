@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from energymargin import tasks
 from energymargin._core import Problem
+from energymargin.base.arrays import Floats, Ints, Mask
 from energymargin.base.checks import check_type, shown, whole_number
 from energymargin.base.closing import Closing
 from energymargin.base.errors import EnergyMarginError
@@ -79,7 +80,7 @@ class Dataset(Closing, Summarized):
         )
 
     @property
-    def lengths(self) -> NDArray[np.int64]:
+    def lengths(self) -> Ints:
         """Frames of each trajectory, shape (T,)."""
         return np.asarray(self._rows["frames"])
 
@@ -89,7 +90,7 @@ class Dataset(Closing, Summarized):
         return int(self._ends[-1])
 
     @property
-    def successes(self) -> NDArray[np.bool_]:
+    def successes(self) -> Mask:
         """Whether each trajectory ends in the success set, shape (T,)."""
         return np.asarray(self._rows["success"])
 
@@ -161,7 +162,7 @@ class Dataset(Closing, Summarized):
         ((t, k),) = self._places([number])
         trajectory = self.trajectories[t]
 
-        def question(state: NDArray[np.float64]) -> Problem:
+        def question(state: Floats) -> Problem:
             states = np.array(trajectory.states)
             states[k] = state
             moved = replace(trajectory, states=states)
@@ -191,7 +192,7 @@ class Dataset(Closing, Summarized):
             self.trajectories.close()
 
     @cached_property
-    def _ends(self) -> NDArray[np.int64]:
+    def _ends(self) -> Ints:
         """Number of the first state of each trajectory, and of all; shape (T + 1,)."""
         return np.concatenate([[0], np.cumsum(self.lengths)])
 
@@ -211,21 +212,19 @@ class Dataset(Closing, Summarized):
             return self.trajectories.blocks()
         return as_blocks(self.trajectories)
 
-    def _places(self, numbers: Sequence[int] | NDArray[np.int64]) -> Iterable[tuple[int, int]]:
+    def _places(self, numbers: Sequence[int] | Ints) -> Iterable[tuple[int, int]]:
         """Trajectory and frame of these states."""
         wanted = np.asarray(numbers, dtype=np.int64)
         trajectory = np.searchsorted(self._ends, wanted, side="right") - 1
         frame = wanted - self._ends[trajectory]
         return zip(trajectory.tolist(), frame.tolist(), strict=True)
 
-    def _by_trajectory(
-        self, numbers: Sequence[int] | NDArray[np.int64]
-    ) -> Iterator[tuple[int, list[int]]]:
+    def _by_trajectory(self, numbers: Sequence[int] | Ints) -> Iterator[tuple[int, list[int]]]:
         """The trajectories of these states, which rise, and their frames."""
         for t, places in groupby(self._places(numbers), key=itemgetter(0)):
             yield t, [k for _, k in places]
 
-    def _rising(self, numbers: Sequence[int]) -> NDArray[np.int64]:
+    def _rising(self, numbers: Sequence[int]) -> Ints:
         found = np.asarray(numbers)
         if found.size and found.dtype.kind not in "iu":
             raise ValueError(f"numbers are {shown(numbers)}, expected whole numbers of states")

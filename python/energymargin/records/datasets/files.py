@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.base import hdf5
+from energymargin.base.arrays import Ints
 from energymargin.base.errors import EnergyMarginError
 from energymargin.base.replacing import replaced
 from energymargin.records.datasets.columns import (
@@ -58,11 +59,7 @@ class FileError(EnergyMarginError, ValueError):
 
 
 def write(
-    path: Path,
-    task: str,
-    parameters: dict[str, Any],
-    seed: int,
-    trajectories: Iterable[Trajectory],
+    path: Path, task: str, parameters: dict[str, Any], seed: int, trajectories: Iterable[Trajectory]
 ) -> None:
     """Writes the file in one go: it is there whole, or as it was.
 
@@ -191,7 +188,7 @@ def _rows(file: h5py.File) -> NDArray[np.void]:
     return rows
 
 
-def _check_columns(file: h5py.File, ends: dict[str, NDArray[np.int64]]) -> None:
+def _check_columns(file: h5py.File, ends: dict[str, Ints]) -> None:
     for name, (counter, kind) in COLUMNS.items():
         column, expected = file[name], int(ends[counter][-1])
         if column.shape != (expected,) or column.dtype != kind:

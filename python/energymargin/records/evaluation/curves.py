@@ -16,8 +16,8 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from energymargin.base.arrays import Floats, Mask
 from energymargin.base.checks import one_of, whole_number
 from energymargin.base.errors import EnergyMarginError
 from energymargin.base.reprs import Record
@@ -66,11 +66,11 @@ class Roc(Record):
     States, or trajectories, whose score is at least the threshold count as positive.
     """
 
-    false_positive_rate: NDArray[np.float64]
+    false_positive_rate: Floats
     """Shape (P,), from 0 rising to 1."""
-    true_positive_rate: NDArray[np.float64]
+    true_positive_rate: Floats
     """Shape (P,), from 0 rising to 1."""
-    threshold: NDArray[np.float64]
+    threshold: Floats
     """In the score's unit, shape (P,), falling; may be inf. NaN at the first point: none counts."""
     auc: float
     """Area under the curve, as of `evaluate`."""
@@ -87,11 +87,11 @@ class PrecisionRecall(Record):
     States, or trajectories, whose score is at least the threshold count as positive.
     """
 
-    recall: NDArray[np.float64]
+    recall: Floats
     """Shape (P,), from 0 rising to 1."""
-    precision: NDArray[np.float64]
+    precision: Floats
     """Shape (P,); 1 at the first point, where none counts as positive."""
-    threshold: NDArray[np.float64]
+    threshold: Floats
     """In the score's unit, shape (P,), falling; may be inf. NaN at the first point: none counts."""
     ap: float
     """Average precision, as of `evaluate`: the area below steps, each at the height of its end."""
@@ -101,7 +101,7 @@ class PrecisionRecall(Record):
     """How many of them have the label 1."""
 
     @property
-    def steps(self) -> NDArray[np.float64]:
+    def steps(self) -> Floats:
         """Heights at `recall` whose steps, each at the height of its end, are drawn: the precision,
         which at the first point begins the first step; shape (P,)."""
         return np.concatenate([self.precision[1:2], self.precision[1:]])
@@ -211,7 +211,7 @@ def _against(
     return compared_trajectories(labelled, metric, last)
 
 
-def _thresholds(compared: Compared, ranks: NDArray[np.float64]) -> NDArray[np.float64]:
+def _thresholds(compared: Compared, ranks: Floats) -> Floats:
     """NaN, and the scores that have these ranks."""
     return np.concatenate([[np.nan], np.unique(compared.scores)[np.asarray(ranks, dtype=int)]])
 
@@ -226,13 +226,13 @@ class Ranks(NamedTuple):
     """Shares of the scores with the other label, 0 to 1, for each of N scores, shape (N,); NaN if
     there are none."""
 
-    beyond: NDArray[np.float64]
+    beyond: Floats
     """On the wrong side of it: above one whose label is 1, below one whose label is 0."""
-    level: NDArray[np.float64]
+    level: Floats
     """Equal to it."""
 
     @property
-    def wrong(self) -> NDArray[np.float64]:
+    def wrong(self) -> Floats:
         """How wrong each score is."""
         return self.beyond + self.level / 2
 
@@ -271,7 +271,7 @@ def wrongness(labelled: LabelledScores, frames: int, last: int) -> list[Wrongnes
     return found
 
 
-def ranks(scores: NDArray[np.float64], labels: NDArray[np.bool_]) -> Ranks:
+def ranks(scores: Floats, labels: Mask) -> Ranks:
     """Each score against those with the other label; both shape (N,)."""
     beyond, level = np.full(len(scores), np.nan), np.full(len(scores), np.nan)
     for label in (False, True):
@@ -284,7 +284,7 @@ def ranks(scores: NDArray[np.float64], labels: NDArray[np.bool_]) -> Ranks:
     return Ranks(beyond, level)
 
 
-def by_trajectory(every: Sequence[Wrongness], trajectories: int) -> NDArray[np.float64]:
+def by_trajectory(every: Sequence[Wrongness], trajectories: int) -> Floats:
     """Mean wrongness of each trajectory's states, over all metrics of states; shape (T,), NaN if
     there is none."""
     total, count = np.zeros(trajectories), np.zeros(trajectories)

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from energymargin.base.arrays import Floats, Ints, Mask
 from energymargin.base.checks import one_of, whole_number
 from energymargin.base.metrics import ANY, TIMED
 from energymargin.base.reprs import Record
@@ -34,17 +34,17 @@ class LabelledScores(Record, Summarized):
     """
 
     task: str
-    trajectory: NDArray[np.int64]
+    trajectory: Ints
     """Which trajectory a state is of, shape (N,)."""
-    captured: NDArray[np.bool_]
+    captured: Mask
     """Whether a state lies in its own capture set, shape (N,)."""
-    success: NDArray[np.bool_]
+    success: Mask
     """Whether the state's trajectory succeeded, shape (N,)."""
-    scores: dict[str, NDArray[np.float64]]
+    scores: dict[str, Floats]
     """By metric, shape (N,): inf ranks above all else, NaN is a missing score."""
-    captured_any: NDArray[np.bool_] | None = None
+    captured_any: Mask | None = None
     """Whether at least one object lies in its capture set, shape (N,); None: one set for all."""
-    success_any: NDArray[np.bool_] | None = None
+    success_any: Mask | None = None
     """Whether the state's trajectory succeeded with at least one object, shape (N,), or None."""
     asks: str | None = None
     """The question with a clock that the scores answer, as "horizon 5 frames, plan script"; None:
@@ -82,7 +82,7 @@ class LabelledScores(Record, Summarized):
         timed = {metric: own for metric, own in self.scores.items() if metric in TIMED}
         return replace(self, scores=timed | self.scores | others, asks=asks)
 
-    def by_trajectory(self) -> list[NDArray[np.int64]]:
+    def by_trajectory(self) -> list[Ints]:
         """The states' numbers, one array a trajectory."""
         starts = np.flatnonzero(np.diff(self.trajectory)) + 1
         return np.split(np.arange(len(self.trajectory)), starts)
@@ -91,13 +91,13 @@ class LabelledScores(Record, Summarized):
 class Compared(NamedTuple):
     """Scores and the labels with which they are compared: N states, or trajectories."""
 
-    scores: NDArray[np.float64]
+    scores: Floats
     """Shape (N,); inf ranks above all else."""
-    labels: NDArray[np.bool_]
+    labels: Mask
     """Shape (N,)."""
-    trajectory: NDArray[np.int64]
+    trajectory: Ints
     """The trajectory of each, counted from 0, shape (N,)."""
-    number: NDArray[np.int64]
+    number: Ints
     """Its number among all states, or trajectories, shape (N,), rising."""
 
     @property
@@ -106,7 +106,7 @@ class Compared(NamedTuple):
         return bool(self.labels.any() and not self.labels.all())
 
 
-def captured_labels(captured: NDArray[np.bool_], frames: int) -> NDArray[np.bool_]:
+def captured_labels(captured: Mask, frames: int) -> Mask:
     """Label of each state of one trajectory, shape (K,): captured in all frames k to k +
     `frames`
     (Section VI-D).
@@ -117,7 +117,7 @@ def captured_labels(captured: NDArray[np.bool_], frames: int) -> NDArray[np.bool
     return np.array([captured[k : k + frames + 1].all() for k in range(len(captured))], dtype=bool)
 
 
-def trajectory_score(scores: NDArray[np.float64], last: int = LAST_FRAMES) -> float:
+def trajectory_score(scores: Floats, last: int = LAST_FRAMES) -> float:
     """Omega_suc(z, k-bar) of one trajectory, shape (K,) (Section VI-D).
 
     The weighted mean of its `last` frames, with weights 1, 2, 3, ... Raises ValueError on none.
@@ -222,11 +222,8 @@ def compared_trajectories(labelled: LabelledScores, metric: str, last: int) -> C
 
 
 def _paired(
-    labelled: LabelledScores,
-    metric: str,
-    of_all: NDArray[np.bool_],
-    of_any: NDArray[np.bool_] | None,
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    labelled: LabelledScores, metric: str, of_all: Mask, of_any: Mask | None
+) -> tuple[Floats, Mask]:
     """The scores of a metric, a copy, and the label of all objects, or of at least one for a metric
     that ends so; the force score is the same for both."""
     name = FORCE if metric == FORCE + ANY else metric
@@ -239,9 +236,7 @@ def _paired(
     return labelled.scores[name].copy(), labels
 
 
-def _there(
-    scores: NDArray[np.float64], labels: NDArray[np.bool_], trajectory: NDArray[np.int64]
-) -> Compared:
+def _there(scores: Floats, labels: Mask, trajectory: Ints) -> Compared:
     """Only those that have a score."""
     there = ~np.isnan(scores)
     return Compared(scores[there], labels[there], trajectory[there], np.flatnonzero(there))

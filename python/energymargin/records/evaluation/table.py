@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from energymargin.base.arrays import Ints
 from energymargin.base.checks import seed_number, whole_number
 from energymargin.base.metrics import ANY
 from energymargin.base.reprs import Record
@@ -65,7 +65,7 @@ class Cell:
         return _span(self.auc_interval), _span(self.ap_interval)
 
 
-def cell_of(compared: Compared, weights: NDArray[np.int64]) -> Cell | None:
+def cell_of(compared: Compared, weights: Ints) -> Cell | None:
     """AUC and AP, with intervals of the (draws, T) weights of the trajectories."""
     scores, labels, trajectory, _ = compared
     if not compared.of_both_kinds:

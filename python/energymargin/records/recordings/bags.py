@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from energymargin.base.arrays import Floats, Mask
 from energymargin.base.checks import check_type
 from energymargin.base.errors import needs_extra
 from energymargin.base.plausibility import warn
@@ -29,7 +30,7 @@ from energymargin.records.recordings.formats import (
 )
 from energymargin.records.recordings.recording import Recording
 from energymargin.records.recordings.smoothing import gap_limits, interpolated, lost, usual_step
-from energymargin.records.recordings.table import BODIES, PLANAR, SPATIAL, FileSource, Floats, Mask
+from energymargin.records.recordings.table import BODIES, PLANAR, SPATIAL, FileSource
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
 
+from energymargin.base.arrays import Floats, Ints, Mask
 from energymargin.base.checks import numbers_of, positive_number, yes_or_no
 from energymargin.records.recordings import poses as se3, smoothing
 from energymargin.records.recordings.recording import Motion, Recording, Repairs
@@ -24,7 +25,7 @@ from energymargin.records.recordings.smoothing import (
     jumps,
     lost,
 )
-from energymargin.records.recordings.table import FileSource, Floats, Lines, Mask, columns_of, first
+from energymargin.records.recordings.table import FileSource, columns_of, first
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -223,7 +224,7 @@ def _require_short_gaps(
         )
 
 
-def _filled_clock(source: FileSource, table: pd.DataFrame) -> tuple[Lines, Floats]:
+def _filled_clock(source: FileSource, table: pd.DataFrame) -> tuple[Ints, Floats]:
     """Numbers and times [s] of all K frames of a table, and of those between that are missing.
 
     If a camera drops all but every n-th frame, numbers rise by n. Raises ValueError
@@ -244,7 +245,7 @@ def _filled_clock(source: FileSource, table: pd.DataFrame) -> tuple[Lines, Float
     return everything, np.interp(everything.astype(float), frames.astype(float), times)
 
 
-def _repairs(table: pd.DataFrame, tracks: Sequence[_Track], frames: Lines) -> Repairs:
+def _repairs(table: pd.DataFrame, tracks: Sequence[_Track], frames: Ints) -> Repairs:
     """Which of these frames are interpolated, and which of the table's are left out."""
     known = table["frame"].to_numpy()
     used = np.isin(known, frames)

@@ -15,18 +15,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from energymargin.base.arrays import Floats
 from energymargin.base.checks import one_of
 from energymargin.base.errors import needs_extra
 from energymargin.records.recordings.cleaning import LooseRules, Rules, cleaned, require_origin
 from energymargin.records.recordings.formats import require_recording
 from energymargin.records.recordings.recording import Recording
-from energymargin.records.recordings.table import (
-    FileSource,
-    Floats,
-    fields_of,
-    first,
-    require_whole,
-)
+from energymargin.records.recordings.table import FileSource, fields_of, first, require_whole
 
 if TYPE_CHECKING:
     import pandas as pd

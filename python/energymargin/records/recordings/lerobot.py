@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from energymargin.base.arrays import Floats
 from energymargin.base.errors import needs_extra
 from energymargin.base.plausibility import warn
 from energymargin.records.recordings.cleaning import LooseRules, Rules, cleaned
@@ -80,7 +80,7 @@ def read_lerobot(
     return found
 
 
-def _compare_rate(source: FileSource, folder: Path, times: NDArray[np.float64]) -> None:
+def _compare_rate(source: FileSource, folder: Path, times: Floats) -> None:
     """Warns if the times of an episode are not those of the frames a second that are said."""
     rate = json.loads((folder / INFO).read_text(encoding="utf-8")).get("fps")
     step = usual_step(times)
@@ -208,7 +208,7 @@ def _stored(metadata: Any, columns: Sequence[str]) -> Iterator[int]:
                 yield column.num_values
 
 
-def _numbers(file: Path, table: Any, feature: str, place: int, size: int) -> NDArray[np.float64]:
+def _numbers(file: Path, table: Any, feature: str, place: int, size: int) -> Floats:
     """The numbers of an element of a feature of this size, shape (R,)."""
     if feature not in table.column_names:
         raise ValueError(f"{file}: there is no column {feature!r}, expected it")

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from typing import Any, Protocol, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin import Scene, World, tasks
+from energymargin.base.arrays import Floats, Mask
 from energymargin.base.checks import positive_number
 from energymargin.base.reprs import Record
 from energymargin.datasets import Dataset
@@ -28,12 +28,12 @@ UPRIGHT = 1e-6
 class Placed(Record):
     """K frames of a recording of B bodies in a scene."""
 
-    states: NDArray[np.float64]
+    states: Floats
     """State vector of each frame, shape (K, n)."""
-    moved: NDArray[np.float64]
+    moved: Floats
     """Distances by which the bodies were moved out of an overlap [m], shape (K, B), in the order of
     the recording, tools last: of object and effector."""
-    stuck: NDArray[np.bool_]
+    stuck: Mask
     """Frames as measured, whose bodies overlap wherever they are moved to, shape (K,)."""
 
 
@@ -120,7 +120,7 @@ class RecordedTask(Task, Protocol):
         """The scene in which the bodies were recorded."""
         ...
 
-    def captured(self, state: NDArray[np.float64], params: Params) -> Regions:
+    def captured(self, state: Floats, params: Params) -> Regions:
         """Z_cap(z) of a state, shape (n,), or that of each object."""
         ...
 
@@ -191,9 +191,7 @@ def dataset(
     return Dataset(made.name, parameters_of(made), 0, trajectories)
 
 
-def _inside(
-    scene: Scene, sets: Sequence[Regions], states: NDArray[np.float64]
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_] | None]:
+def _inside(scene: Scene, sets: Sequence[Regions], states: Floats) -> tuple[Mask, Mask | None]:
     """Whether all objects are in their sets, of each state, shape (K,), and whether any of several
     is; None of one set for all."""
     each = [inside(own, scene, state) for own, state in zip(sets, states, strict=True)]
@@ -249,7 +247,7 @@ def _overlaps(in_scene: Placed) -> str:
     )
 
 
-def _frame_labels(recording: Recording, captured: Mapping[int, bool]) -> NDArray[np.bool_]:
+def _frame_labels(recording: Recording, captured: Mapping[int, bool]) -> Mask:
     """The label of each frame; one that was missing in the file has that of the one before."""
     labels: list[bool] = []
     for number in recording.frames.tolist():

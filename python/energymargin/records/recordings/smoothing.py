@@ -31,8 +31,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from energymargin.base.arrays import Floats, Mask
 from energymargin.records.recordings.poses import directions, positions
-from energymargin.records.recordings.table import Floats, Mask
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.base.arrays import Floats
 from energymargin.base.errors import needs_extra
 from energymargin.base.replacing import replaced
 from energymargin.records import datasets
@@ -257,9 +258,7 @@ def export_lerobot(
     return list(named)
 
 
-def _by_episode(
-    folder: Path, dataset: Dataset, scores: Mapping[str, NDArray[np.float64]]
-) -> dict[int, Columns]:
+def _by_episode(folder: Path, dataset: Dataset, scores: Mapping[str, Floats]) -> dict[int, Columns]:
     """The scores of each episode's frames: those of the trajectory of the same place, by time."""
     time = lerobot.element_places(folder)[lerobot.TIME]
     frame = (lerobot.FRAME, 0, 1)

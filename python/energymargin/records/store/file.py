@@ -8,8 +8,9 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from energymargin.base.arrays import Floats
 from energymargin.base.checks import whole_number
 from energymargin.base.summary import Summarized
 from energymargin.evaluate.executors.rows import Row
@@ -72,7 +73,7 @@ class ScoreStore(AnswerFile, Summarized):
         now = self.beside(run)
         return run.labelled_scores(), None if now is None else now.labelled_scores()
 
-    def scores(self, run: Run) -> dict[str, NDArray[np.float64]]:
+    def scores(self, run: Run) -> dict[str, Floats]:
         """The scores of a run by metric, shape (N,), and those of the run `beside` it, with NOW
         before a name that both have."""
         labelled, now = self.labelled_scores(run)

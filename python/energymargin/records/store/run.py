@@ -11,8 +11,8 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from energymargin.base.arrays import Floats
 from energymargin.base.checks import whole_number
 from energymargin.base.metrics import METRICS, TIMED
 from energymargin.base.summary import Summarized
@@ -245,7 +245,7 @@ class Run(Summarized):
         """Whether there is any curve."""
         return self._answers("curves", "1", more="LIMIT 1").fetchone() is not None
 
-    def particles(self, number: int, metric: str) -> NDArray[np.float64] | None:
+    def particles(self, number: int, metric: str) -> Floats | None:
         """The scores of the particles of a state's belief, shape (N,); None if it is not there.
 
         Errors: as `curve`.
@@ -283,7 +283,7 @@ class Run(Summarized):
         which is a mean of noughts and ones."""
         return [] if self.sampling is None else [m for m in self.metrics if m not in TIMED]
 
-    def quantiles(self, metric: str, shares: Sequence[float]) -> NDArray[np.float64]:
+    def quantiles(self, metric: str, shares: Sequence[float]) -> Floats:
         """Quantiles of the scores of each state's particles, shape (N, len(shares)): the lowest
         score below or at which so large a share of them is. NaN where there are no particles.
 
@@ -363,11 +363,11 @@ class Run(Summarized):
         return ", ".join(map(str, self.questions))
 
 
-def _packed(numbers: NDArray[np.float64]) -> bytes:
+def _packed(numbers: Floats) -> bytes:
     return np.asarray(numbers, FLOATS).tobytes()
 
 
-def _unpacked(numbers: bytes) -> NDArray[np.float64]:
+def _unpacked(numbers: bytes) -> Floats:
     return np.frombuffer(numbers, FLOATS).astype(np.float64)
 
 
