@@ -21,8 +21,7 @@ from rich.markup import escape
 from energymargin.base.checks import core_count, positive_number
 from energymargin.base.replacing import replace_text
 from energymargin.base.table_text import DASH, markdown_table
-from energymargin.cli.fields import split
-from energymargin.cli.options import WHERE
+from energymargin.cli.options import WHERE, split
 from energymargin.cli.places import MARK, require_own_folder
 from energymargin.cli.terminal import err, out, say
 from energymargin_paper import STUDIES

@@ -11,8 +11,7 @@ from __future__ import annotations
 import sqlite3
 import sys
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint, entry_points, version
 from traceback import format_exception
 from typing import Annotated, Any
 
@@ -21,13 +20,14 @@ from rich.markup import escape
 
 from energymargin.base.bars import bars_by
 from energymargin.base.interrupts import interrupted, remembered_interrupts
-from energymargin.cli.fields import shown_default
+from energymargin.cli.options import shown_default
 from energymargin.cli.terminal import (
     BAD_INPUT,
     INTERRUPTED,
     TIMED_OUT,
     err,
     leave,
+    progress_bar,
     say,
     shown_warnings,
     warn,
@@ -44,12 +44,6 @@ OWN = (
     *("demo", "tasks", "generate", "score", "evaluate", "export", "learn", "rank", "compare"),
     *("limits", "settle", "doctor", "placements", "grasps", "report", "import", "view"),
 )
-
-
-def _version() -> str:
-    from energymargin import __version__
-
-    return f"energymargin {__version__}"
 
 
 app = App(
@@ -73,7 +67,7 @@ app = App(
     """,
     help_format="markdown",
     help_flags="--help",
-    version=_version,
+    version=lambda: f"energymargin {version('energymargin')}",
     version_flags="--version",
     default_parameter=Parameter(negative=(), show_default=shown_default, allow_repeating=True),
     exit_on_error=False,
@@ -116,7 +110,7 @@ def _unusable(entry: EntryPoint, error: ImportError) -> Callable[..., None]:
 def run(words: Sequence[str] | None = None) -> int:
     """Runs a command, by default that of the terminal, and returns its exit code."""
     words = list(sys.argv[1:] if words is None else words)
-    with remembered_interrupts(), bars_by(_bar), shown_warnings():
+    with remembered_interrupts(), bars_by(progress_bar), shown_warnings():
         try:
             if words[:1] in ([], ["--help"]):
                 app.resolved_commands()  # whose first lines it shows
@@ -145,12 +139,6 @@ def main() -> None:
     if code == INTERRUPTED:
         leave(code)
     sys.exit(code)
-
-
-def _bar(title: str, unit: str) -> AbstractContextManager[Callable[[int, int], None]]:
-    from energymargin.cli.progress import progress_bar
-
-    return progress_bar(err, title, unit)
 
 
 def _unless_interrupted(hook: Callable[[Any], Any]) -> Callable[[Any], Any]:

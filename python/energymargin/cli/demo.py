@@ -15,12 +15,10 @@ import energymargin as em
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_figure
 from energymargin.cli.evaluate import print_evaluation
-from energymargin.cli.fields import options_of
-from energymargin.cli.options import WHERE, Where
+from energymargin.cli.options import WHERE, Where, options_of
 from energymargin.cli.places import require_own_folder, write_plot
-from energymargin.cli.progress import share_bar
 from energymargin.cli.score import Scoring
-from energymargin.cli.terminal import err, out, say
+from energymargin.cli.terminal import out, say, share_bar
 
 TASK = "push"
 FRAMES = 10
@@ -85,7 +83,7 @@ def demo(
     else:
         _draw(dataset, labelled, settings, scores, output)
     if find_spec("skimage") is not None:
-        with share_bar(err) as tell:
+        with share_bar() as tell:
             page = em.viewer.view(scores, scoring=lambda share: tell("The grips as a page", share))
         page.save(output / "grips.html")
         say("Open grips.html there in a browser: the grips turn and play")

@@ -10,8 +10,7 @@ import energymargin as em
 from energymargin.base.replacing import replace_text
 from energymargin.cli.options import Outputs
 from energymargin.cli.places import require_free
-from energymargin.cli.progress import share_bar
-from energymargin.cli.terminal import err, out
+from energymargin.cli.terminal import out, share_bar
 
 Labelled = em.evaluation.LabelledScores
 
@@ -66,7 +65,7 @@ def print_evaluation(
 ) -> None:
     """AUC and AP, on the terminal and into files: the tables of `em.evaluation.tables_of`, with
     these options of `em.evaluation.evaluate`."""
-    with share_bar(err) as bar:
+    with share_bar() as bar:
         options["progress"] = lambda done, total: bar("AUC and AP", done / total)
         results = [
             em.evaluation.evaluate(scores, among=among, frames=frames, **options)

@@ -15,8 +15,7 @@ from cyclopts import Parameter
 
 import energymargin as em
 from energymargin.base.checks import check_type, one_of, shown, whole_number
-from energymargin.cli.fields import split
-from energymargin.cli.options import panel, parsed
+from energymargin.cli.options import panel, parsed, split
 
 Made = TypeVar("Made")
 OF_FILE = {

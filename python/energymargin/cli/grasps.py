@@ -31,8 +31,7 @@ from energymargin.cli.grasp_words import (
 )
 from energymargin.cli.options import Outputs, Where, given, panel
 from energymargin.cli.places import PICTURES, TEXTS, require_free, say_written, write_plot
-from energymargin.cli.progress import share_bar
-from energymargin.cli.terminal import TIMED_OUT, err, loading, out, say, warn
+from energymargin.cli.terminal import TIMED_OUT, loading, out, say, share_bar, warn
 
 STORE, PAGE = ".db", ".html"
 COARSE = 0.002  # m; parts that are farther from the mesh are felt by fingers
@@ -210,7 +209,7 @@ def _write(
             )
         elif path.suffix == PAGE:
             title = f"Grasps of {file.name}"
-            with share_bar(err) as progress:
+            with share_bar() as progress:
                 em.report.write_grasps(scores, path, title=title, progress=progress)
         else:
             write_plot(path, em.plots.plot_grasps(scores))
@@ -245,7 +244,7 @@ def _say_stopped(scores: em.grasps.GraspScores, store: Path | None) -> None:
 
 def _view(scores: em.grasps.GraspScores, path: Path) -> None:
     """Writes the page on which the grasps turn and play."""
-    with kept_warnings(), share_bar(err) as tell:
+    with kept_warnings(), share_bar() as tell:
         em.viewer.view(scores, scoring=lambda share: tell("The page", share)).save(path)
     say_written([path])
 

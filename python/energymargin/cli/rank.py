@@ -9,8 +9,7 @@ from cyclopts import Parameter
 
 import energymargin as em
 from energymargin.base.bars import bar
-from energymargin.cli.fields import options_of
-from energymargin.cli.options import Outputs, Where, chosen_sampling, panel
+from energymargin.cli.options import Outputs, Where, chosen_sampling, options_of, panel
 from energymargin.cli.places import require_complete, require_outputs, show_table
 
 COMPARED = panel("How candidates are compared")

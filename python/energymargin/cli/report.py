@@ -12,8 +12,7 @@ from rich.markup import escape
 import energymargin as em
 from energymargin.cli.options import Output
 from energymargin.cli.places import require_free
-from energymargin.cli.progress import share_bar
-from energymargin.cli.terminal import err, loading, say
+from energymargin.cli.terminal import loading, say, share_bar
 
 
 def report(
@@ -59,7 +58,7 @@ def report(
     output = output or scores.with_suffix(".html")
     require_free(output, overwrite=overwrite)
     options = em.report.Options(trajectories, pictures, frames, last, draws, seed)
-    with share_bar(err) as progress:
+    with share_bar() as progress:
         lacking = em.report.write(
             scores, output, run=run, options=options, data=data, progress=progress
         )

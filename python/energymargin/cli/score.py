@@ -16,16 +16,17 @@ from energymargin.base.limits import Limit
 from energymargin.base.metrics import CLOCKLESS, LEAST_EFFORT, TIMED, USUAL
 from energymargin.base.settings import flag_of
 from energymargin.cli.evaluate import print_evaluation
-from energymargin.cli.fields import options_of, split
 from energymargin.cli.options import (
     Output,
     PlanWord,
     Where,
     chosen_future,
     chosen_sampling,
+    options_of,
     panel,
     require_beside,
     require_one,
+    split,
 )
 from energymargin.cli.terminal import TIMED_OUT, say, warn
 

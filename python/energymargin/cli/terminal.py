@@ -1,19 +1,30 @@
-"""The terminal: what commands print, warnings among it, and how they end."""
+"""The terminal: what commands print, warnings and progress bars among it, and how they end."""
 
 from __future__ import annotations
 
 import os
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from typing import Any, NoReturn
 
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.markup import escape
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    Task,
+    TaskID,
+    TaskProgressColumn,
+    TimeRemainingColumn,
+)
 from rich.segment import Segment
+from rich.text import Text
 
-from energymargin.base.interrupts import on_interrupt
+from energymargin.base.interrupts import delayed_interrupts, on_interrupt, raise_if_interrupted
 from energymargin.base.plausibility import HOW_TO_IGNORE
 
 # Exit codes, as shells know them.
@@ -96,3 +107,72 @@ def shown_warnings() -> Iterator[None]:
         yield
     finally:
         warnings.showwarning = as_ever
+
+
+LEFT = (TimeRemainingColumn(), "left")
+Update = Callable[[int, int], None]
+"""update(done, total)"""
+
+
+class _Rate(ProgressColumn):
+    """How much is done in a second."""
+
+    def render(self, task: Task) -> Text:
+        speed = task.finished_speed or task.speed
+        return Text("" if speed is None else f"{speed:.1f}/s", style="cyan")
+
+
+class _Bar(Progress):
+    """A bar that is drawn once there is something to show: an error may come first."""
+
+    def show(self, row: TaskID, **change: Any) -> None:
+        raise_if_interrupted()
+        if not self.live.is_started:
+            with delayed_interrupts():  # else rich would be left half begun, and unable to stop
+                self.start()
+                _drawn.append(self)
+        self.update(row, **change)
+
+    def end(self) -> None:
+        with delayed_interrupts():
+            if self in _drawn:
+                _drawn.remove(self)
+            if self.live.is_started:
+                self.stop()
+
+
+_drawn: list[_Bar] = []  # on the terminal now; rich draws one at a time
+
+
+@contextmanager
+def progress_bar(title: str, unit: str, console: Console = err) -> Iterator[Update]:
+    """Draws a bar while the `with` block runs, which calls `update(done, total)`. Where another bar
+    is being drawn it is a row below that, until its end."""
+    outer = next((bar for bar in reversed(_drawn) if bar.console is console), None)
+    columns = (BarColumn(), MofNCompleteColumn(), "{task.fields[unit]}", _Rate(), *LEFT)
+    bar = outer or _Bar("{task.description}", *columns, console=console)
+    row = bar.add_task(plain(title), total=None, unit=unit, visible=outer is None)
+    try:
+        yield lambda done, total: bar.show(row, completed=done, total=total, visible=True)
+    finally:
+        if outer is None:
+            bar.end()
+        else:
+            bar.remove_task(row)
+
+
+@contextmanager
+def share_bar(console: Console = err) -> Iterator[Callable[[str, float], None]]:
+    """Draws a bar while the `with` block runs, which calls `update(what, share)` with what is being
+    done and the share that is done of all."""
+    bar = _Bar(
+        *("{task.description}", BarColumn(), TaskProgressColumn(), *LEFT),
+        console=console,
+        transient=True,
+        disable=not console.is_terminal,  # elsewhere nothing would be left of it but an empty line
+    )
+    row = bar.add_task("", total=1.0)
+    try:
+        yield lambda what, share: bar.show(row, description=plain(what), completed=share)
+    finally:
+        bar.end()

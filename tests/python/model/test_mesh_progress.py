@@ -10,7 +10,7 @@ from urdf_files import INERTIAL, built, chain, joint, link
 import energymargin as em
 from energymargin.base.bars import bar, bars_by
 from energymargin.cli import application
-from energymargin.cli.progress import progress_bar
+from energymargin.cli.terminal import progress_bar
 from energymargin.model.meshes import convex, mesh
 
 
@@ -81,8 +81,8 @@ def test_within_another_bar_it_is_a_row_until_its_end(tmp_path):
     file, text = angle(tmp_path), io.StringIO()
     console = Console(file=text, force_terminal=True, width=100)
     with (
-        bars_by(lambda title, unit: progress_bar(console, title, unit)),
-        progress_bar(console, "Reading", "files") as update,
+        bars_by(lambda title, unit: progress_bar(title, unit, console)),
+        progress_bar("Reading", "files", console) as update,
     ):
         update(0, 1)
         mesh(file)
