@@ -9,7 +9,7 @@ from typing import Any, Literal
 import energymargin as em
 from energymargin.base.replacing import replace_text
 from energymargin.cli.options import Outputs
-from energymargin.cli.places import require_free
+from energymargin.cli.places import require_outputs
 from energymargin.cli.terminal import out, share_bar
 
 Labelled = em.evaluation.LabelledScores
@@ -49,8 +49,7 @@ def evaluate(
         seed: Seed of the bootstrap intervals.
         overwrite: Replace the file if it exists.
     """
-    for path in output or []:
-        require_free(path, overwrite=overwrite, suffixes=WRITERS)
+    require_outputs(output or (), overwrite=overwrite)
     with em.store.ScoreStore(scores) as store:
         asked = store.labelled_scores(store.run(run))
     tables = em.evaluation.tables_of(*asked, among=among, frames=frames, clipped=clipped)

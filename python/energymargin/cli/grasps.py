@@ -30,10 +30,18 @@ from energymargin.cli.grasp_words import (
     chosen_protocol,
 )
 from energymargin.cli.options import Outputs, Where, given, panel
-from energymargin.cli.places import PICTURES, TEXTS, require_free, say_written, write_plot
+from energymargin.cli.places import (
+    PAGE,
+    PICTURES,
+    STORE,
+    TEXTS,
+    require_free,
+    require_outputs,
+    say_written,
+    write_plot,
+)
 from energymargin.cli.terminal import TIMED_OUT, loading, out, say, share_bar, warn
 
-STORE, PAGE = ".db", ".html"
 COARSE = 0.002  # m; parts that are farther from the mesh are felt by fingers
 SUFFIXES = (STORE, *TEXTS, PAGE, *PICTURES)
 
@@ -91,16 +99,16 @@ def grasps(
         overwrite: Replace files that exist; a .db of scores never is.
     """
     outputs = output or []
-    for path in outputs:
-        require_free(path, overwrite=overwrite or path.suffix == STORE, suffixes=SUFFIXES)
     if view is not None:
         require_free(view, overwrite=overwrite, option="--view", suffixes=[PAGE])
     store = _store(outputs, write)
     executor = runs.executor()
     with loading():
-        import energymargin.grasps  # noqa: F401
+        import energymargin.grasps
 
-        _import_extras(outputs, view)
+        require_outputs(outputs, overwrite=overwrite, suffixes=SUFFIXES)
+        if view is not None:
+            import energymargin.viewer  # noqa: F401
     if write is not None:
         require_free(write, overwrite=overwrite, option="--write", suffixes=em.grasps.SUFFIXES)
     disturbance, known = em.disturbances.Uniform(strength), chosen_belief(belief)
@@ -148,18 +156,6 @@ def _store(outputs: Sequence[Path], grasps: Path | None) -> Path | None:
     if len(stores) > 1:
         raise ValueError(f"-o has {stores[0]} and {stores[1]}, expected one file of scores")
     return stores[0] if stores else None
-
-
-def _import_extras(outputs: Sequence[Path], view: Path | None) -> None:
-    """Imports what pages, pictures and the viewer need: what is missing is told before it is
-    computed."""
-    suffixes = {path.suffix for path in outputs}
-    if PAGE in suffixes:
-        import energymargin.report
-    if suffixes & {*PICTURES}:
-        import energymargin.plots
-    if view is not None:
-        import energymargin.viewer  # noqa: F401
 
 
 def _say_read(file: Path, grasps: em.grasps.GraspSet, object: em.grasps.GraspObject) -> None:

@@ -14,7 +14,7 @@ from energymargin.base.bars import bar
 from energymargin.base.checks import whole_number
 from energymargin.cli.grasp_words import OF_OBJECT, Thing, arguments_as_options, chosen_hand
 from energymargin.cli.options import Outputs, Where, chosen_sampling, given, panel
-from energymargin.cli.places import require_complete, require_outputs, show_table
+from energymargin.cli.places import PICTURES, TEXTS, require_complete, require_outputs, show_table
 from energymargin.cli.terminal import loading
 
 GRID = panel("The grid, without a file of poses")
@@ -119,7 +119,7 @@ def placements(
         import energymargin.grasps
         import energymargin.placing  # noqa: F401
 
-        require_outputs(output or (), overwrite=overwrite, pictures=True)
+        require_outputs(output or (), overwrite=overwrite, suffixes=TEXTS + PICTURES)
     grid = {"spacing": spacing, "turns": turns, "pose": pose}
     if poses is not None and (given_too := [name for name in grid if grid[name] is not None]):
         raise ValueError(

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 MARK = ".energymargin"
 """The file that marks a folder whose files a command made."""
-TEXTS, PICTURES = (".csv", ".md"), (".png", ".pdf", ".svg")
+TEXTS, PICTURES, PAGE, STORE = (".csv", ".md"), (".png", ".pdf", ".svg"), ".html", ".db"
 
 
 def require_free(
@@ -74,13 +74,17 @@ class Table(Protocol):
         ...
 
 
-def require_outputs(outputs: Iterable[Path], *, overwrite: bool, pictures: bool = False) -> None:
+def require_outputs(
+    outputs: Iterable[Path], *, overwrite: bool, suffixes: Collection[str] = TEXTS
+) -> None:
     """Checks where a result is to be written before it is computed: as `require_free`, and that
-    there is matplotlib for its pictures."""
+    there is what draws its pictures and pages. A file of scores is never replaced, but goes on."""
     for path in outputs:
-        require_free(path, overwrite=overwrite, suffixes=TEXTS + PICTURES * pictures)
+        require_free(path, overwrite=overwrite or path.suffix == STORE, suffixes=suffixes)
         if path.suffix in PICTURES:
-            import energymargin.plots  # noqa: F401
+            import energymargin.plots
+        if path.suffix == PAGE:
+            import energymargin.report  # noqa: F401
 
 
 def print_markdown(text: str) -> None:

@@ -10,7 +10,7 @@ from cyclopts import Parameter
 import energymargin as em
 from energymargin.base.bars import bar
 from energymargin.cli.options import Outputs, Where, chosen_sampling, options_of, panel
-from energymargin.cli.places import require_complete, require_outputs, show_table
+from energymargin.cli.places import PICTURES, TEXTS, require_complete, require_outputs, show_table
 
 COMPARED = panel("How candidates are compared")
 
@@ -56,7 +56,7 @@ def rank(
     """
     if strength is not None and metric.startswith("effort"):
         raise ValueError(f"--strength is {strength:g} with --metric {metric}, which has none")
-    require_outputs(output or (), overwrite=overwrite, pictures=True)
+    require_outputs(output or (), overwrite=overwrite, suffixes=TEXTS + PICTURES)
     sampling = chosen_sampling(belief, None)
     with bar("Ranking", "draws") as progress:
         ranking = em.rank(

@@ -179,27 +179,13 @@ def _say_scored(run: em.store.Run, *, horizon: bool) -> None:
 
 
 def _show_question(path: Path, number: int) -> None:
-    """Of a run with a horizon what it foresaw, and the state that is least likely to stay captured;
-    and the command that comes next."""
+    """Of a run with a horizon what it foresaw; and the command that comes next."""
     with em.store.ScoreStore(path) as store:
         run, runs = store.run(number), len(store.runs())
         which = "" if runs == 1 or (runs == 2 and store.beside(run)) else f" --run {number}"
         if run.future is not None and run.states <= COMPARED:
             print_evaluation(em.evaluation.tables_of(*store.labelled_scores(run))[:1])
-            _say_weakest(run)
     say(f"Next: [bold]energymargin evaluate {escape(str(path))}{which}[/]")
-
-
-def _say_weakest(run: em.store.Run) -> None:
-    if "probability" not in run.metrics:
-        return
-    place = run.metrics.index("probability")
-    held = [state for state in run.rows() if state.captured and state.scores[place] is not None]
-    if held:
-        least = min(held, key=lambda state: state.scores[place] or 0.0)
-        where = f"trajectory {least.trajectory}, frame {least.frame}"
-        share = f"probability {least.scores[place]:.3g}"
-        say(f"Of {len(held)} states captured now the least likely to stay is {where}: {share}")
 
 
 @dataclass(frozen=True)

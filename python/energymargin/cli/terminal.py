@@ -24,6 +24,7 @@ from rich.progress import (
 from rich.segment import Segment
 from rich.text import Text
 
+from energymargin.base.bars import Update
 from energymargin.base.interrupts import delayed_interrupts, on_interrupt, raise_if_interrupted
 from energymargin.base.plausibility import HOW_TO_IGNORE
 
@@ -110,8 +111,6 @@ def shown_warnings() -> Iterator[None]:
 
 
 LEFT = (TimeRemainingColumn(), "left")
-Update = Callable[[int, int], None]
-"""update(done, total)"""
 
 
 class _Rate(ProgressColumn):
