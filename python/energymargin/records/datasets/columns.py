@@ -111,8 +111,7 @@ class Block(Record):
     def check(self) -> None:
         """Raises ValueError unless the entries fit together."""
         counts, contacts = self.columns["contact_counts"], self.columns["contacts"]
-        ends = self.starts["frames"]
-        sums = np.diff(np.concatenate([[0], np.cumsum(counts)])[ends])
+        sums = np.diff(np.concatenate([[0], np.cumsum(counts)])[self.starts["frames"]])
         if (counts < 0).any() or (sums != self.rows["contact_count"]).any():
             raise ValueError("the contacts of its frames are not as many as of its trajectories")
         for name in ("body_a", "body_b"):
@@ -204,13 +203,14 @@ def _entries(one: Trajectory, bodies: dict[str, int]) -> dict[str, NDArray[Any]]
     names."""
     some = np.full(len(one), NO_LABEL) if one.captured_any is None else one.captured_any
     params = json.dumps(one.params, sort_keys=True).encode()
+    contacts, counts = _contact_columns(one.contacts, bodies)
     found = {
         "times": one.times,
         "captured": one.captured,
         "captured_any": some,
-        "contact_counts": _contact_counts(one.contacts),
+        "contact_counts": counts,
         "states": np.ravel(one.states),
-        "contacts": _contact_rows(one.contacts, bodies),
+        "contacts": contacts,
         "params": np.frombuffer(params, np.uint8),
     }
     return {name: np.asarray(found[name], kind) for name, (_, kind) in COLUMNS.items()}
@@ -244,24 +244,23 @@ class _Contacts(Sequence[list[Contact]]):
             return [self[k] for k in range(len(self))[index]]
         frame = range(len(self))[index]
         first = self._ends[frame - 1] if frame else 0
-        return [self._contact(row) for row in self.rows[first : self._ends[frame]].tolist()]
-
-    def _contact(self, row: tuple[Any, ...]) -> Contact:
-        a, b, *values = row
-        numbers = dict(zip(CONTACT_NUMBERS, values, strict=True))
-        return Contact(body_a=self.bodies[a], body_b=self.bodies[b], **numbers)
+        names, rows = self.bodies, self.rows[first : self._ends[frame]].tolist()
+        numbers = [dict(zip(CONTACT_NUMBERS, row[2:], strict=True)) for row in rows]
+        pairs = [{"body_a": names[row[0]], "body_b": names[row[1]]} for row in rows]
+        return [Contact(**pair, **own) for pair, own in zip(pairs, numbers, strict=True)]
 
 
-def _contact_rows(
+def _contact_columns(
     contacts: Sequence[Sequence[Contact]], bodies: dict[str, int]
-) -> NDArray[np.void]:
-    """The contacts of all frames; bodies have their numbers in `bodies`, which gets new names."""
+) -> tuple[NDArray[np.void], Ints]:
+    """The contacts of all frames, and how many each has; bodies have their numbers in `bodies`,
+    which gets new names."""
     if isinstance(contacts, _Contacts):
         numbers = [bodies.setdefault(name, len(bodies)) for name in contacts.bodies]
         rows = contacts.rows.copy()
         for name in ("body_a", "body_b"):
             rows[name] = np.array(numbers, dtype=np.uint32)[rows[name]] if len(rows) else 0
-        return rows
+        return rows, contacts.counts
     entries = [
         (
             *(bodies.setdefault(name, len(bodies)) for name in (contact.body_a, contact.body_b)),
@@ -270,10 +269,4 @@ def _contact_rows(
         for frame in contacts
         for contact in frame
     ]
-    return np.array(entries, dtype=CONTACT)
-
-
-def _contact_counts(contacts: Sequence[Sequence[Contact]]) -> Ints:
-    if isinstance(contacts, _Contacts):
-        return contacts.counts
-    return np.array([len(frame) for frame in contacts], dtype=np.int64)
+    return np.array(entries, dtype=CONTACT), np.array([len(frame) for frame in contacts], np.int64)

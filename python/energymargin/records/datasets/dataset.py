@@ -43,7 +43,7 @@ _HASHED = [name for name in (*(ROW.names or ()), *COLUMNS) if name != "seed"]
 FRAMES = 5  # as the results ask: 0.8 to 1.4 s of the tasks of this package
 SECONDS = 0.5  # where frames are closer together, as those of a camera, so many as this has
 PLANS: tuple[Following | None, ...] = ("script", "hold", None)
-SAMPLE = 20  # states that tell whether a plan can be asked
+SAMPLE = 20  # states that tell whether a plan can be asked, and which metrics there are
 
 
 class StateError(EnergyMarginError, ValueError):
@@ -168,8 +168,8 @@ class Dataset(Closing, Summarized):
             moved = replace(trajectory, states=states)
             return self._problem(moved, t, k, future).with_state(state)
 
-        problem = self._problem(trajectory, t, k, future)
-        return Belief(problem, uncertainty=uncertainty, question=question)
+        believed = self._problem(trajectory, t, k, future)
+        return Belief(believed, uncertainty=uncertainty, question=question)
 
     def in_engine(self, engine: str) -> Dataset:
         """The same trajectories, with problems that "native" or "bullet" steps."""
@@ -216,8 +216,7 @@ class Dataset(Closing, Summarized):
         """Trajectory and frame of these states."""
         wanted = np.asarray(numbers, dtype=np.int64)
         trajectory = np.searchsorted(self._ends, wanted, side="right") - 1
-        frame = wanted - self._ends[trajectory]
-        return zip(trajectory.tolist(), frame.tolist(), strict=True)
+        return zip(trajectory.tolist(), (wanted - self._ends[trajectory]).tolist(), strict=True)
 
     def _by_trajectory(self, numbers: Sequence[int] | Ints) -> Iterator[tuple[int, list[int]]]:
         """The trajectories of these states, which rise, and their frames."""
@@ -302,27 +301,20 @@ def usual_future(dataset: Dataset, frames: int | None = None) -> Future:
     "hold" where there is none. Raises ValueError if each trajectory has one frame alone, or no plan
     can be asked.
     """
-    frames = _usual_frames(dataset) if frames is None else frames
-    return Future(frames, _usual_plan(dataset, frames))
-
-
-def _usual_frames(dataset: Dataset) -> int:
-    """Frames to look ahead: FRAMES, or as many as SECONDS have, but no more than the longest
-    trajectory has after its first. Raises ValueError if each has one alone."""
-    times = np.asarray(dataset.trajectories[int(np.argmax(dataset.lengths))].times)
-    last = len(times) - 1
-    if last == 0:
-        raise ValueError("each trajectory has one frame alone, expected two or more")
-    of_seconds = round(SECONDS * last / float(times[-1] - times[0]))
-    return min(max(FRAMES, of_seconds), last)
-
-
-def _usual_plan(dataset: Dataset, frames: int) -> Following | None:
-    """What the robot does over the next frames: what its script says; without a script, it goes on
-    as it moves; else it coasts. Raises ValueError if none of them can be asked."""
-    numbers = sorted({*np.linspace(0, dataset.size - 1, SAMPLE, dtype=int).tolist()})
-    for plan in PLANS:
-        problems, reasons = dataset.possible_problems(numbers, future=Future(frames, plan))
+    if frames is None:
+        times = np.asarray(dataset.trajectories[int(np.argmax(dataset.lengths))].times)
+        last = len(times) - 1
+        if last == 0:
+            raise ValueError("each trajectory has one frame alone, expected two or more")
+        frames = min(max(FRAMES, round(SECONDS * last / float(times[-1] - times[0]))), last)
+    numbers = spread(dataset.size, SAMPLE)
+    for future in (Future(frames, plan) for plan in PLANS):
+        problems, reasons = dataset.possible_problems(numbers, future=future)
         if problems:
-            return plan
+            return future
     raise ValueError(reasons[min(reasons)])
+
+
+def spread(states: int, most: int) -> list[int]:
+    """Numbers of at most so many states, evenly spaced."""
+    return sorted({*np.linspace(0, states - 1, most, dtype=int).tolist()})

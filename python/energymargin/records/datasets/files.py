@@ -167,8 +167,8 @@ def _write_blocks(file: h5py.File, sink: Sink, blocks: Iterable[Block]) -> None:
         )
     bodies = BodyNames()
     for block in blocks:
-        contacts = bodies.renumbered(block)
-        entries = {**block.columns, "contacts": contacts, "trajectories": block.rows}
+        entries = {**block.columns, "contacts": bodies.renumbered(block)}
+        entries["trajectories"] = block.rows
         for name, column in columns.items():
             before = len(column)
             column.resize(before + len(entries[name]), axis=0)

@@ -99,13 +99,9 @@ class Future:
         if isinstance(task, ScriptedTask):
             if self.plan == "script":
                 _require_rollout(task, trajectory)
-            posed = task.future(
-                trajectory.states[frame],
-                float(trajectory.times[frame]),
-                trajectory.params,
-                _whole_steps(seconds, task.step),
-                self.plan,
-            )
+            horizon = _whole_steps(seconds, task.step)
+            at = trajectory.states[frame], float(trajectory.times[frame]), trajectory.params
+            posed = task.future(*at, horizon, self.plan)
         else:
             posed = self._posed(task, trajectory, frame, seconds)
         changes = {"check": self.check, "dwell": self.dwell}

@@ -32,14 +32,13 @@ from energymargin.model.beliefs.sampling import PARTICLES, Sampling
 from energymargin.model.beliefs.uncertainty import Uncertainty
 from energymargin.records import datasets
 from energymargin.records.datasets import Dataset, Future
-from energymargin.records.datasets.dataset import StateError, left_out_text
+from energymargin.records.datasets.dataset import SAMPLE, StateError, left_out_text, spread
 from energymargin.records.store.file import ScoreStore
 from energymargin.records.store.run import Run
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-SAMPLE = 20  # states that tell which metrics there are
 COMPARED = 100  # states whose problems are compared with those of before
 WINDOW = 20000  # states that are searched at a time for missing scores
 BLOCK = 16  # problems that are made at a time
@@ -125,7 +124,7 @@ def begin_run(
         questions = {metric: own | sampling.of(metric) for metric, own in questions.items()}
         named |= sampling.all()
     run = store.begin(dataset, named, questions, future=future)
-    known = run.known_problems(_sample(run.states, COMPARED))
+    known = run.known_problems(spread(run.states, COMPARED))
     problems, _ = dataset.possible_problems(list(known), future=future)
     if known != {number: _digest(run, number, one) for number, one in problems.items()}:
         run.forget_problems()
@@ -146,7 +145,7 @@ def score_run(
     limit = Limit(timeout, cancel)
     settings = SearchSettings(**run.settings)
     scored, states = run.counts()
-    advance = (lambda _done, _total: None) if progress is None else progress
+    advance = progress or (lambda _done, _total: None)
     advance(scored, states)
     if scored == states:  # so nothing is written
         return True
@@ -168,11 +167,8 @@ def score_run(
     run.store.require_in_place()
     advance(*run.counts())
     if missing.left_out:
-        text = left_out_text(missing.left_out, states)
-        if notice is None:
-            warn([("left out", text)], run.digest)
-        else:
-            notice(text)
+        notice = notice or (lambda text: warn([("left out", text)], run.digest))
+        notice(left_out_text(missing.left_out, states))
     if missing.errors:
         raise ScoreError(missing.errors, dataset.size)
     return complete
@@ -189,7 +185,7 @@ def dataset_metrics(
 
     Raises ValueError on metrics that the states do not have, or not with these settings.
     """
-    problems, errors = dataset.possible_problems(_sample(dataset.size, SAMPLE), future=future)
+    problems, errors = dataset.possible_problems(spread(dataset.size, SAMPLE), future=future)
     if not problems:
         problems, errors = dataset.possible_problems(future=future)
     if not problems:
@@ -201,11 +197,6 @@ def dataset_metrics(
         for problem in problems.values():
             Belief(problem, uncertainty=sampling.uncertainty)
     return chosen
-
-
-def _sample(states: int, most: int) -> list[int]:
-    """Numbers of at most so many states, evenly spaced."""
-    return sorted({*np.linspace(0, states - 1, most, dtype=int).tolist()})
 
 
 def _require_clock(metrics: Sequence[str], problems: Iterable[Problem]) -> None:
@@ -281,11 +272,7 @@ class _MissingScores:
         self.left_out |= reasons
         lacking = self._run.pose({n: _digest(self._run, n, one) for n, one in problems.items()})
         self._advance(sum(not metrics for metrics in lacking.values()))
-        return [
-            Work(number, problems[number], metrics)
-            for number, metrics in lacking.items()
-            if metrics
-        ]
+        return [Work(n, problems[n], metrics) for n, metrics in lacking.items() if metrics]
 
     def _advance(self, states: int) -> None:
         if states:
