@@ -20,18 +20,8 @@ from rich.markup import escape
 
 from energymargin.base.bars import bars_by
 from energymargin.base.interrupts import interrupted, remembered_interrupts
+from energymargin.cli import terminal
 from energymargin.cli.options import shown_default
-from energymargin.cli.terminal import (
-    BAD_INPUT,
-    INTERRUPTED,
-    TIMED_OUT,
-    err,
-    leave,
-    progress_bar,
-    say,
-    shown_warnings,
-    warn,
-)
 
 # Errors that are shown as one line: those of bad input, of files and of other packages. Any other
 # is a bug, and shown in full.
@@ -110,7 +100,7 @@ def _unusable(entry: EntryPoint, error: ImportError) -> Callable[..., None]:
 def run(words: Sequence[str] | None = None) -> int:
     """Runs a command, by default that of the terminal, and returns its exit code."""
     words = list(sys.argv[1:] if words is None else words)
-    with remembered_interrupts(), bars_by(progress_bar), shown_warnings():
+    with remembered_interrupts(), bars_by(terminal.progress_bar), terminal.shown_warnings():
         try:
             if words[:1] in ([], ["--help"]):
                 app.resolved_commands()  # whose first lines it shows
@@ -119,16 +109,16 @@ def run(words: Sequence[str] | None = None) -> int:
             return int(end.code or 0)
         except BaseException as error:
             if isinstance(error, KeyboardInterrupt) or interrupted():
-                warn("stopped")
-                return INTERRUPTED
+                terminal.warn("stopped")
+                return terminal.INTERRUPTED
             if not isinstance(error, ERRORS):
                 raise
             if TRACEBACK in words:
-                err.print("".join(format_exception(error)), soft_wrap=True, markup=False)
+                terminal.err.print("".join(format_exception(error)), soft_wrap=True, markup=False)
             late = isinstance(error, TimeoutError) and error.errno is None
             start = "[yellow]nothing is finished:[/]" if late else "[red]error:[/]"
-            say(f"{start} {escape(_one_line(error))}")
-            return TIMED_OUT if late else BAD_INPUT
+            terminal.say(f"{start} {escape(_one_line(error))}")
+            return terminal.TIMED_OUT if late else terminal.BAD_INPUT
     return 0
 
 
@@ -136,8 +126,8 @@ def main() -> None:
     """Entry point of the command `energymargin`."""
     sys.unraisablehook = _unless_interrupted(sys.unraisablehook)
     code = run()
-    if code == INTERRUPTED:
-        leave(code)
+    if code == terminal.INTERRUPTED:
+        terminal.leave(code)
     sys.exit(code)
 
 

@@ -12,15 +12,7 @@ from rich.markup import escape
 import energymargin as em
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_figure
-from energymargin.cli.options import (
-    PICTURE_NODES,
-    WHERE,
-    Elsewhere,
-    Output,
-    Parameters,
-    parsed,
-    require_one,
-)
+from energymargin.cli import options
 from energymargin.cli.places import require_free
 from energymargin.cli.terminal import TIMED_OUT, say
 
@@ -29,16 +21,16 @@ def generate(
     task: str,
     /,
     *,
-    output: Output = None,
+    output: options.Output = None,
     trajectories: int = 50,
     frames: int = 10,
     seed: int = 0,
-    parameter: Parameters = None,
+    parameter: options.Parameters = None,
     engine: str = "native",
     overwrite: bool = False,
     picture: Path | None = None,
-    processes: Annotated[int | None, Parameter(group=WHERE)] = None,
-    where: Elsewhere = Elsewhere(),
+    processes: Annotated[int | None, Parameter(group=options.WHERE)] = None,
+    where: options.Elsewhere = options.Elsewhere(),
 ) -> None:
     """Generate random trajectories of a task, with their labels. Stop it with Ctrl-C: the same
     command goes on from there.
@@ -60,9 +52,9 @@ def generate(
     """
     if picture is not None and find_spec("matplotlib") is None:  # before there is work to lose
         raise ImportError("--picture draws with matplotlib: pip install 'energymargin[plots]'")
-    require_one(processes=processes, scheduler=where.scheduler)
+    options.require_one(processes=processes, scheduler=where.scheduler)
     output = output or Path(f"{task}.h5")
-    made = em.tasks.make(task, engine=engine, **parsed(parameter))
+    made = em.tasks.make(task, engine=engine, **options.parsed(parameter))
     require_free(output, overwrite=overwrite)
     if picture is not None:
         require_free(picture, overwrite=overwrite, option="--picture")
@@ -86,7 +78,7 @@ def generate(
         raise
     with dataset:
         if picture is not None:
-            replace_figure(picture, em.plots.figure_trees(dataset, PICTURE_NODES, seed))
+            replace_figure(picture, em.plots.figure_trees(dataset, options.PICTURE_NODES, seed))
         say_written(dataset, output)
         if len(dataset.trajectories) < trajectories:
             say(

@@ -18,32 +18,12 @@ from energymargin.base.interrupts import on_interrupt
 from energymargin.base.plausibility import kept_warnings
 from energymargin.base.replacing import replace_text
 from energymargin.base.table_text import markdown_table
-from energymargin.cli.grasp_words import (
-    OF_OBJECT,
-    TRIAL,
-    Rows,
-    Thing,
-    TrialOptions,
-    arguments_as_options,
-    chosen_belief,
-    chosen_hand,
-    chosen_protocol,
-)
+from energymargin.cli import grasp_words as words, places
 from energymargin.cli.options import Outputs, Where, given, panel
-from energymargin.cli.places import (
-    PAGE,
-    PICTURES,
-    STORE,
-    TEXTS,
-    require_free,
-    require_outputs,
-    say_written,
-    write_plot,
-)
 from energymargin.cli.terminal import TIMED_OUT, loading, out, say, share_bar, warn
 
 COARSE = 0.002  # m; parts that are farther from the mesh are felt by fingers
-SUFFIXES = (STORE, *TEXTS, PAGE, *PICTURES)
+SUFFIXES = (places.STORE, *places.TEXTS, places.PAGE, *places.PICTURES)
 
 
 def grasps(
@@ -53,15 +33,15 @@ def grasps(
     hand: str,
     protocol: str = "hold",
     belief: str | None = None,
-    strength: Annotated[float, Parameter(group=TRIAL.group)] = 1.0,
+    strength: Annotated[float, Parameter(group=words.TRIAL.group)] = 1.0,
     baselines: Annotated[bool, panel("More figures")] = False,
     output: Outputs = None,
     write: Path | None = None,
     view: Path | None = None,
     overwrite: bool = False,
-    rows: Rows = Rows(),
-    thing: Thing = Thing(),
-    trial: TrialOptions = TrialOptions(),
+    rows: words.Rows = words.Rows(),
+    thing: words.Thing = words.Thing(),
+    trial: words.TrialOptions = words.TrialOptions(),
     runs: Where = Where(),
 ) -> None:
     """Rank the grasps of a file: which of them hold on this hand, and how sure is that?
@@ -100,26 +80,28 @@ def grasps(
     """
     outputs = output or []
     if view is not None:
-        require_free(view, overwrite=overwrite, option="--view", suffixes=[PAGE])
+        places.require_free(view, overwrite=overwrite, option="--view", suffixes=[places.PAGE])
     store = _store(outputs, write)
     executor = runs.executor()
     with loading():
         import energymargin.grasps
 
-        require_outputs(outputs, overwrite=overwrite, suffixes=SUFFIXES)
+        places.require_outputs(outputs, overwrite=overwrite, suffixes=SUFFIXES)
         if view is not None:
             import energymargin.viewer  # noqa: F401
     if write is not None:
-        require_free(write, overwrite=overwrite, option="--write", suffixes=em.grasps.SUFFIXES)
-    disturbance, known = em.disturbances.Uniform(strength), chosen_belief(belief)
-    tried = chosen_hand(hand), chosen_protocol(protocol)
+        places.require_free(
+            write, overwrite=overwrite, option="--write", suffixes=em.grasps.SUFFIXES
+        )
+    disturbance, known = em.disturbances.Uniform(strength), words.chosen_belief(belief)
+    tried = words.chosen_hand(hand), words.chosen_protocol(protocol)
     found = rows.read(file)
-    with arguments_as_options(OF_OBJECT):
+    with words.arguments_as_options(words.OF_OBJECT):
         object = em.grasps.GraspObject.of(found.object, **given(thing))
     _say_read(file, found, object)
     with (
         _cancelled_by_interrupt() as cancel,
-        arguments_as_options(OF_OBJECT),
+        words.arguments_as_options(words.OF_OBJECT),
         kept_warnings(),
         bar("Scoring", "grasps") as progress,
     ):
@@ -152,7 +134,7 @@ def _store(outputs: Sequence[Path], grasps: Path | None) -> Path | None:
     for path in paths:
         if paths.count(path) > 1:
             raise ValueError(f"{path} is given twice, expected a path for each file")
-    stores = [path for path in outputs if path.suffix == STORE]
+    stores = [path for path in outputs if path.suffix == places.STORE]
     if len(stores) > 1:
         raise ValueError(f"-o has {stores[0]} and {stores[1]}, expected one file of scores")
     return stores[0] if stores else None
@@ -199,22 +181,22 @@ def _write(
 ) -> None:
     """Writes tables, pictures, the page, and the file of grasps."""
     for path in outputs:
-        if path.suffix in TEXTS:
+        if path.suffix in places.TEXTS:
             replace_text(
                 path, scores.to_csv(columns) if path.suffix == ".csv" else _markdown(scores)
             )
-        elif path.suffix == PAGE:
+        elif path.suffix == places.PAGE:
             title = f"Grasps of {file.name}"
             with share_bar() as progress:
                 em.report.write_grasps(scores, path, title=title, progress=progress)
         else:
-            write_plot(path, em.plots.plot_grasps(scores))
+            places.write_plot(path, em.plots.plot_grasps(scores))
     if grasps is not None and not (scores.counted > 0).any():
         warn(f"{grasps} is not written: no grasp has a score")
     elif grasps is not None:
         _write_grasps(scores, columns, grasps)
         outputs = [*outputs, grasps]
-    say_written(outputs)
+    places.say_written(outputs)
 
 
 def _write_grasps(scores: em.grasps.GraspScores, more: dict[str, Floats], path: Path) -> None:
@@ -242,7 +224,7 @@ def _view(scores: em.grasps.GraspScores, path: Path) -> None:
     """Writes the page on which the grasps turn and play."""
     with kept_warnings(), share_bar() as tell:
         em.viewer.view(scores, scoring=lambda share: tell("The page", share)).save(path)
-    say_written([path])
+    places.say_written([path])
 
 
 def _markdown(scores: em.grasps.GraspScores) -> str:

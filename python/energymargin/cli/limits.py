@@ -9,14 +9,7 @@ from typing import Any
 import energymargin as em
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_text
-from energymargin.cli.grasp_words import (
-    OF_OBJECT,
-    Rows,
-    Thing,
-    arguments_as_options,
-    chosen_hand,
-    chosen_protocol,
-)
+from energymargin.cli import grasp_words as words
 from energymargin.cli.options import Output, Where, given
 from energymargin.cli.places import print_markdown, require_complete, require_free, say_written
 from energymargin.cli.terminal import out
@@ -39,8 +32,8 @@ def limits(
     store: Path | None = None,
     output: Output = None,
     overwrite: bool = False,
-    rows: Rows = Rows(),
-    thing: Thing = Thing(),
+    rows: words.Rows = words.Rows(),
+    thing: words.Thing = words.Thing(),
     where: Where = Where(),
 ) -> None:
     """Say how much a problem, or each grasp of a file, can take: critical values with intervals.
@@ -101,11 +94,11 @@ def _of_problem(file: Path, asked: dict[str, Any]) -> em.actions.CriticalValues:
 
 
 def _of_grasps(
-    found: em.grasps.GraspSet, hand: str, protocol: str, thing: Thing, asked: dict[str, Any]
+    found: em.grasps.GraspSet, hand: str, protocol: str, thing: words.Thing, asked: dict[str, Any]
 ) -> em.grasps.GraspLimits:
-    with arguments_as_options(OF_OBJECT), bar("Searching", "grasps") as progress:
+    with words.arguments_as_options(words.OF_OBJECT), bar("Searching", "grasps") as progress:
         object = em.grasps.GraspObject.of(found.object, **given(thing))
-        what = (found, chosen_hand(hand), object, chosen_protocol(protocol))
+        what = (found, words.chosen_hand(hand), object, words.chosen_protocol(protocol))
         return em.grasps.limits(*what, progress=progress, **asked)
 
 

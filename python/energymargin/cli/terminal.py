@@ -9,18 +9,9 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from typing import Any, NoReturn
 
+from rich import progress
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.markup import escape
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    ProgressColumn,
-    Task,
-    TaskID,
-    TaskProgressColumn,
-    TimeRemainingColumn,
-)
 from rich.segment import Segment
 from rich.text import Text
 
@@ -110,21 +101,21 @@ def shown_warnings() -> Iterator[None]:
         warnings.showwarning = as_ever
 
 
-LEFT = (TimeRemainingColumn(), "left")
+LEFT = (progress.TimeRemainingColumn(), "left")
 
 
-class _Rate(ProgressColumn):
+class _Rate(progress.ProgressColumn):
     """How much is done in a second."""
 
-    def render(self, task: Task) -> Text:
+    def render(self, task: progress.Task) -> Text:
         speed = task.finished_speed or task.speed
         return Text("" if speed is None else f"{speed:.1f}/s", style="cyan")
 
 
-class _Bar(Progress):
+class _Bar(progress.Progress):
     """A bar that is drawn once there is something to show: an error may come first."""
 
-    def show(self, row: TaskID, **change: Any) -> None:
+    def show(self, row: progress.TaskID, **change: Any) -> None:
         raise_if_interrupted()
         if not self.live.is_started:
             with delayed_interrupts():  # else rich would be left half begun, and unable to stop
@@ -148,7 +139,13 @@ def progress_bar(title: str, unit: str, console: Console = err) -> Iterator[Upda
     """Draws a bar while the `with` block runs, which calls `update(done, total)`. Where another bar
     is being drawn it is a row below that, until its end."""
     outer = next((bar for bar in reversed(_drawn) if bar.console is console), None)
-    columns = (BarColumn(), MofNCompleteColumn(), "{task.fields[unit]}", _Rate(), *LEFT)
+    columns = (
+        progress.BarColumn(),
+        progress.MofNCompleteColumn(),
+        "{task.fields[unit]}",
+        _Rate(),
+        *LEFT,
+    )
     bar = outer or _Bar("{task.description}", *columns, console=console)
     row = bar.add_task(plain(title), total=None, unit=unit, visible=outer is None)
     try:
@@ -165,7 +162,7 @@ def share_bar(console: Console = err) -> Iterator[Callable[[str, float], None]]:
     """Draws a bar while the `with` block runs, which calls `update(what, share)` with what is being
     done and the share that is done of all."""
     bar = _Bar(
-        *("{task.description}", BarColumn(), TaskProgressColumn(), *LEFT),
+        *("{task.description}", progress.BarColumn(), progress.TaskProgressColumn(), *LEFT),
         console=console,
         transient=True,
         disable=not console.is_terminal,  # elsewhere nothing would be left of it but an empty line

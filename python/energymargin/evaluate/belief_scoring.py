@@ -19,18 +19,13 @@ from energymargin.base.checks import whole_number
 from energymargin.base.errors import DivergedError
 from energymargin.base.limits import Limit
 from energymargin.base.metrics import TIMED
+from energymargin.evaluate import searches
 from energymargin.evaluate.asking import ask
 from energymargin.evaluate.belief_scores import BeliefScore, BeliefScores
 from energymargin.evaluate.divergence import ANY, too_many_diverged
 from energymargin.evaluate.executors.choice import Executor
 from energymargin.evaluate.executors.rows import Row, Work, counts, score_chunk
 from energymargin.evaluate.scoring import ScoreError
-from energymargin.evaluate.searches import (
-    LooseSettings,
-    SearchSettings,
-    chosen_metrics,
-    chosen_settings,
-)
 from energymargin.model.beliefs.belief import Belief, Drawn, Particles
 from energymargin.model.beliefs.sampling import MOST_PARTICLES, PARTICLES
 from energymargin.model.beliefs.uncertainty import Source
@@ -46,7 +41,7 @@ PIECE = 16  # draws between two looks at the clock
 class Sharing:
     """How the steps of one problem are shared out among the particles of a belief."""
 
-    def __init__(self, particles: int, settings: SearchSettings) -> None:
+    def __init__(self, particles: int, settings: searches.SearchSettings) -> None:
         """`settings`: of the problem. Raises ValueError on particles below 1."""
         self.particles = whole_number("particles", particles, 1, MOST_PARTICLES)
         self.whole = settings
@@ -167,13 +162,13 @@ def score_belief(
     metrics: Sequence[str] | None = None,
     *,
     particles: int = PARTICLES,
-    settings: SearchSettings | None = None,
+    settings: searches.SearchSettings | None = None,
     threads: int | None = None,
     executor: Executor | None = None,
     progress: Callable[[int, int], None] | None = None,
     timeout: float | None = None,
     cancel: Cancel | None = None,
-    **loose: Unpack[LooseSettings],
+    **loose: Unpack[searches.LooseSettings],
 ) -> BeliefScores:
     """Scores of a belief, at as many simulation steps as those of its problem.
 
@@ -197,8 +192,8 @@ def score_belief(
     and more than 1 % of them diverged.
     """
     limit = Limit(timeout, cancel)
-    chosen = chosen_settings(settings, **loose)
-    metrics = chosen_metrics([belief.problem], metrics, chosen)
+    chosen = searches.chosen_settings(settings, **loose)
+    metrics = searches.chosen_metrics([belief.problem], metrics, chosen)
     sharing = Sharing(particles, chosen)
     sharing.require(metrics)
     asked = BeliefWork(Work(0, belief.problem, tuple(metrics)), lambda _: belief, sharing)

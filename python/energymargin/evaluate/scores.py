@@ -11,26 +11,6 @@ from collections.abc import Callable
 from typing import Any, Literal
 
 import energymargin._core as core
-from energymargin._core import (
-    Box,
-    Cancel,
-    Capsule,
-    CaptureProbability,
-    CaptureScore,
-    Compound,
-    ConvexHull,
-    Cylinder,
-    EscapeEffort,
-    EscapeEnergy,
-    ForceScore,
-    ForceWeights,
-    LowerBound,
-    MassProperties,
-    Plan,
-    Plane,
-    Problem,
-    Sphere,
-)
 from energymargin.base.arrays import Floats
 from energymargin.base.checks import core_count
 from energymargin.base.doors import check_doors
@@ -60,7 +40,7 @@ REPLICAS = 1000
 
 
 def capture_score(
-    problem: Problem,
+    problem: core.Problem,
     *,
     nodes: int = 1000,
     seed: int = 0,
@@ -72,10 +52,10 @@ def capture_score(
     least_likelihood: float = 0.0,
     tolerance: float | None = None,
     timeout: float | None = None,
-    cancel: Cancel | None = None,
+    cancel: core.Cancel | None = None,
     progress: Callable[[int, int], None] | None = None,
     warn: bool = True,
-) -> CaptureScore:
+) -> core.CaptureScore:
     """Likelihood to stay in the capture set and to be in the success set, Algorithm 2.
 
     Args:
@@ -115,7 +95,7 @@ def capture_score(
 
 
 def escape_effort(
-    problem: Problem,
+    problem: core.Problem,
     *,
     planner: str = "est",
     nodes: int = 1000,
@@ -132,10 +112,10 @@ def escape_effort(
     bound_cells: int = 100000,
     bound_tolerance: float = 0.05,
     timeout: float | None = None,
-    cancel: Cancel | None = None,
+    cancel: core.Cancel | None = None,
     progress: Callable[[int, int], None] | None = None,
     warn: bool = True,
-) -> EscapeEffort:
+) -> core.EscapeEffort:
     """The least work that was found of an escape from the capture set (eq. 2).
 
     It is an upper bound of the effort of escape, and falls with the nodes. The metric 'effort' of
@@ -198,14 +178,14 @@ def escape_effort(
 
 
 def effort_lower_bound(
-    problem: Problem,
+    problem: core.Problem,
     *,
     cells: int = 100000,
     tolerance: float = 0.05,
     captured: str = "all",
     timeout: float | None = None,
-    cancel: Cancel | None = None,
-) -> LowerBound:
+    cancel: core.Cancel | None = None,
+) -> core.LowerBound:
     """A lower bound of the effort of escape: no disturbance gets the object out with less work.
 
     Args:
@@ -226,9 +206,9 @@ def effort_lower_bound(
 
 
 def capture_probability(
-    problem: Problem,
+    problem: core.Problem,
     *,
-    plan: Plan | None = None,
+    plan: core.Plan | None = None,
     disturbance: Disturbance | Callable[[Any, Any], Any] | None = None,
     rollouts: int | None = None,
     seed: int = 0,
@@ -247,10 +227,10 @@ def capture_probability(
     level: Callable[[Floats], Any] | None = None,
     ahead: float | None = None,
     timeout: float | None = None,
-    cancel: Cancel | None = None,
+    cancel: core.Cancel | None = None,
     progress: Callable[[int, int], None] | None = None,
     warn: bool = True,
-) -> CaptureProbability:
+) -> core.CaptureProbability:
     """Probability that the objects stay captured over the problem's horizon while the robot follows
     its plan.
 
@@ -334,7 +314,7 @@ def capture_probability(
 
 
 def escape_energy(
-    problem: Problem,
+    problem: core.Problem,
     *,
     planner: str = "bit*",
     samples: int = 2000,
@@ -342,8 +322,8 @@ def escape_energy(
     reach: float | None = None,
     object: str | None = None,
     timeout: float | None = None,
-    cancel: Cancel | None = None,
-) -> EscapeEnergy:
+    cancel: core.Cancel | None = None,
+) -> core.EscapeEnergy:
     """The least potential energy above the start's over which the object leaves the capture set.
 
     The object moves slowly and without friction, and everything else stays where it is.
@@ -364,7 +344,9 @@ def escape_energy(
     return core.escape_energy(**locals())
 
 
-def force_score(problem: Problem, *, weights: ForceWeights | None = None) -> ForceScore:
+def force_score(
+    problem: core.Problem, *, weights: core.ForceWeights | None = None
+) -> core.ForceScore:
     """The wrench-based baseline: engaging score plus sticking score minus distance, each with its
     weight.
 
@@ -375,8 +357,15 @@ def force_score(problem: Problem, *, weights: ForceWeights | None = None) -> For
 
 
 def mass_properties(
-    shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound, mass: float = 1.0
-) -> MassProperties:
+    shape: core.Plane
+    | core.Box
+    | core.Sphere
+    | core.Cylinder
+    | core.Capsule
+    | core.ConvexHull
+    | core.Compound,
+    mass: float = 1.0,
+) -> core.MassProperties:
     """Mass properties of a solid shape of a mass [kg], of even density."""
     return core.mass_properties(**locals())
 

@@ -17,15 +17,10 @@ from energymargin.base.errors import EnergyMarginError, ExecutorError
 from energymargin.base.limits import Limit
 from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
+from energymargin.evaluate import searches
 from energymargin.evaluate.asking import Pairs, ask
 from energymargin.evaluate.executors.choice import Executor
 from energymargin.evaluate.executors.rows import Row, Work, score_chunk
-from energymargin.evaluate.searches import (
-    LooseSettings,
-    SearchSettings,
-    chosen_metrics,
-    chosen_settings,
-)
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -38,7 +33,7 @@ def score(
     problems: Sequence[Problem],
     metrics: Sequence[str] | None = None,
     *,
-    settings: SearchSettings | None = None,
+    settings: searches.SearchSettings | None = None,
     threads: int | None = None,
     executor: Executor | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -46,7 +41,7 @@ def score(
     indices: Sequence[int] | None = None,
     timeout: float | None = None,
     cancel: Cancel | None = None,
-    **loose: Unpack[LooseSettings],
+    **loose: Unpack[searches.LooseSettings],
 ) -> ScoreTable:
     """Scores of every problem: the same bits for any number of threads, and on any executor.
 
@@ -76,8 +71,8 @@ def score(
     limit = Limit(timeout, cancel)
     if isinstance(problems, (Problem, Mapping)) or not hasattr(problems, "__getitem__"):
         raise TypeError(f"problems is {shown(problems)}, expected a list of Problems")
-    settings = chosen_settings(settings, **loose)
-    metrics = chosen_metrics(problems, metrics, settings)
+    settings = searches.chosen_settings(settings, **loose)
+    metrics = searches.chosen_metrics(problems, metrics, settings)
     done: list[Row] = []
     errors: dict[int, str] = {}
 

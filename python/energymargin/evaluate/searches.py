@@ -10,25 +10,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any, TypedDict
 
-from energymargin._core import (
-    CaptureProbability,
-    CaptureScore,
-    EscapeEffort,
-    ForceScore,
-    Problem,
-    capture_probability,
-    capture_score,
-    escape_effort,
-    force_score,
-    stream,
-)
-from energymargin.base.checks import (
-    not_negative_number,
-    seed_number,
-    share,
-    whole_number,
-    yes_or_no,
-)
+import energymargin._core as core
+from energymargin.base import checks
 from energymargin.base.metrics import (
     ANY,
     CLOCKLESS,
@@ -105,17 +88,21 @@ class SearchSettings:
     def __post_init__(self) -> None:
         """Checks each of them, and brings it to one type, so that stores know 0 and 0.0 as one."""
         checked = {
-            "nodes": whole_number("nodes", self.nodes, 1, MOST_NODES),
-            "seed": seed_number(self.seed),
-            "nodes_per_edge": whole_number("nodes_per_edge", self.nodes_per_edge, 1, MOST_NODES),
-            "least_likelihood": share("least_likelihood", self.least_likelihood),
-            "stop_at_escape": yes_or_no("stop_at_escape", self.stop_at_escape),
-            "rollouts": whole_number("rollouts", self.rollouts, 1, MOST_NODES),
-            "strength": not_negative_number("strength", self.strength),
+            "nodes": checks.whole_number("nodes", self.nodes, 1, MOST_NODES),
+            "seed": checks.seed_number(self.seed),
+            "nodes_per_edge": checks.whole_number(
+                "nodes_per_edge", self.nodes_per_edge, 1, MOST_NODES
+            ),
+            "least_likelihood": checks.share("least_likelihood", self.least_likelihood),
+            "stop_at_escape": checks.yes_or_no("stop_at_escape", self.stop_at_escape),
+            "rollouts": checks.whole_number("rollouts", self.rollouts, 1, MOST_NODES),
+            "strength": checks.not_negative_number("strength", self.strength),
             "objects": None
             if self.objects is None
-            else whole_number("objects", self.objects, 1, MOST_NODES),
-            "common_random_numbers": yes_or_no("common_random_numbers", self.common_random_numbers),
+            else checks.whole_number("objects", self.objects, 1, MOST_NODES),
+            "common_random_numbers": checks.yes_or_no(
+                "common_random_numbers", self.common_random_numbers
+            ),
         }
         for name, value in checked.items():
             object.__setattr__(self, name, value)
@@ -183,11 +170,11 @@ def algorithm() -> str:
     return ALGORITHM if ALGORITHM == ALGORITHM_IMPROVED else f"{ALGORITHM}/{ALGORITHM_IMPROVED}"
 
 
-Found = CaptureScore | EscapeEffort | ForceScore | CaptureProbability
+Found = core.CaptureScore | core.EscapeEffort | core.ForceScore | core.CaptureProbability
 
 
 def metric_search(
-    problem: Problem,
+    problem: core.Problem,
     metric: str,
     settings: SearchSettings,
     number: int | None = None,
@@ -212,11 +199,11 @@ def metric_search(
     Raises what that function raises.
     """
     if metric_kind(metric) is KINDS["force"]:
-        return force_score(problem)
+        return core.force_score(problem)
     seed = _seed(metric, settings, number)
     if metric in TIMED:
         wanted = {"success": metric == "probability/success", "by_object": metric.endswith(ANY)}
-        return capture_probability(
+        return core.capture_probability(
             problem,
             disturbance=disturbance or settings.disturbance,
             rollouts=settings.rollouts,
@@ -229,17 +216,17 @@ def metric_search(
         chosen["captured"] = "any" if metric.endswith(ANY) else "all"
         if metric not in LEAST_EFFORT:
             chosen |= {"planner": metric.split("/")[1], "search": "published"}
-        return escape_effort(problem, **chosen, **keywords)
-    return capture_score(problem, **chosen, **keywords)
+        return core.escape_effort(problem, **chosen, **keywords)
+    return core.capture_score(problem, **chosen, **keywords)
 
 
 def value_of(metric: str, found: Found) -> float:
     """What a metric is of what `metric_search` found for it."""
-    if isinstance(found, EscapeEffort):
+    if isinstance(found, core.EscapeEffort):
         return found.effort
-    if isinstance(found, ForceScore):
+    if isinstance(found, core.ForceScore):
         return found.force
-    if isinstance(found, CaptureScore):
+    if isinstance(found, core.CaptureScore):
         return float(getattr(found, metric.replace("/", "_")))
     of_metric = {"probability/success": found.success, "probability/any": found.any}
     value: Any = of_metric.get(metric, found)
@@ -249,10 +236,10 @@ def value_of(metric: str, found: Found) -> float:
 def _seed(metric: str, settings: SearchSettings, number: int | None) -> int:
     """Seed of the search of a batch's problem of this number."""
     common = settings.common_random_numbers and metric in TIMED
-    return settings.seed if number is None or common else stream(settings.seed, number)
+    return settings.seed if number is None or common else core.stream(settings.seed, number)
 
 
-def metrics_of(problems: Sequence[Problem]) -> tuple[str, ...]:
+def metrics_of(problems: Sequence[core.Problem]) -> tuple[str, ...]:
     """The metrics that every one of the problems has, in the order of METRICS."""
     there = set(METRICS)
     for problem in problems:
@@ -267,7 +254,7 @@ def metrics_of(problems: Sequence[Problem]) -> tuple[str, ...]:
 
 
 def chosen_metrics(
-    problems: Sequence[Problem],
+    problems: Sequence[core.Problem],
     metrics: Sequence[str] | None,
     settings: SearchSettings | None = None,
 ) -> Sequence[str]:
@@ -276,7 +263,7 @@ def chosen_metrics(
     Raises ValueError on an unknown one, or none, and on one that the problems lack, or do not have
     with these settings.
     """
-    strange = [problem for problem in problems if not isinstance(problem, Problem)]
+    strange = [problem for problem in problems if not isinstance(problem, core.Problem)]
     if strange:
         raise ValueError(f"problems has {strange[0]!r}, expected Problems alone")
     there = metrics_of(problems)
@@ -305,7 +292,7 @@ def chosen_metrics(
 
 
 def _require_objects(
-    problems: Iterable[Problem], metrics: Sequence[str], settings: SearchSettings
+    problems: Iterable[core.Problem], metrics: Sequence[str], settings: SearchSettings
 ) -> None:
     """Raises ValueError if a disturbance is to meet more objects than a problem has."""
     if settings.objects is None or not set(metrics) & set(TIMED):

@@ -21,14 +21,8 @@ from scipy.spatial import ConvexHull
 import energymargin as em
 from energymargin.base.arrays import Floats, Ints, Mask
 from energymargin.look.outlines import object_centers
+from energymargin.look.plots import styles
 from energymargin.look.plots.scenes import leaving_objects, sets_of
-from energymargin.look.plots.styles import (
-    BODY_COLORS,
-    CAPTURED_COLOR,
-    COSTS,
-    LOST_COLOR,
-    SUCCEEDED_COLOR,
-)
 from energymargin.look.viewer.search import Scored
 from energymargin.look.viewer.sets import Surface, is_flat, region_surface, view_around
 
@@ -36,7 +30,7 @@ from energymargin.look.viewer.sets import Surface, is_flat, region_surface, view
 OPACITY = {"object": 0.6, "effector": 1.0, "none": 0.35}
 GHOST = 0.25
 SET = {True: 0.3, False: 0.18}  # of sets that are flat, and of those that are looked through twice
-SETS = {"capture set": CAPTURED_COLOR, "success set": SUCCEEDED_COLOR}
+SETS = {"capture set": styles.CAPTURED_COLOR, "success set": styles.SUCCEEDED_COLOR}
 EDGE_COLOR, PATH_COLOR, FUTURE_COLOR = "#6E6E6E", "#000000", "#0072B2"
 FROM = {True: (0.25, -0.8, 1.0), False: (0.45, -1.0, 0.55)}  # the camera, from the middle; if flat
 GROUND_CELLS = 20  # of the ground, along the view
@@ -112,7 +106,7 @@ class Shot:
         for name, drawn in {"dots": dots, "edges": edges}.items():
             blobs = {key: add(array, kinds.get(key, np.float32)) for key, array in drawn.items()}
             self.content[name] = blobs
-        self.content |= {"dot": DOT * size, "edge colors": [EDGE_COLOR, LOST_COLOR]}
+        self.content |= {"dot": DOT * size, "edge colors": [EDGE_COLOR, styles.LOST_COLOR]}
         way = scored.way_out
         if way is not None and len(way.times) > 1:
             captions = [f"{t:.2f} s, {c:.3g} J" for t, c in zip(way.times, way.costs, strict=True)]
@@ -135,7 +129,7 @@ class Shot:
         if future.exit_moment is not None:
             centers = object_centers(self._problem.scene, future.states[[future.exit_moment]])[0]
             marks = centers[leaving_objects(self._problem, future)]
-            self.content["exit"] = {"points": self._blobs.add(marks), "color": LOST_COLOR}
+            self.content["exit"] = {"points": self._blobs.add(marks), "color": styles.LOST_COLOR}
 
     def add_track(self, name: str, states: Floats, times: Floats, captions: Sequence[str]) -> None:
         """Adds states to play, shape (K, n), at these times [s], shape (K,), with a text each; one
@@ -161,7 +155,7 @@ class Shot:
                 grounds.append({"normal": normal.tolist(), "center": center.tolist()})
             else:
                 mesh = self._mesh(shape_surface(body.shape))
-                look = {"color": BODY_COLORS[body.role], "opacity": OPACITY[body.role]}
+                look = {"color": styles.BODY_COLORS[body.role], "opacity": OPACITY[body.role]}
                 bodies.append({"mesh": mesh, "object": body.role == "object", **look})
         names = [body.name for body in self._solid]
         springs = [
@@ -214,7 +208,7 @@ def tree_parts(
     dots = _drawn(centers, nodes, scored, size, MOST_POINTS)
     edges = _drawn(lines, nodes[1:], scored, size, MOST_EDGES)
     shares = np.clip(tree.costs[dots["numbers"]] / max(scored.most, 1e-12), 0.0, 1.0)
-    dots["colors"] = matplotlib.colormaps[COSTS](shares, bytes=True)[:, :3]
+    dots["colors"] = matplotlib.colormaps[styles.COSTS](shares, bytes=True)[:, :3]
     return dots, edges
 
 

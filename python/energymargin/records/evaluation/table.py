@@ -14,13 +14,7 @@ from energymargin.base.metrics import ANY
 from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
 from energymargin.base.table_text import DASH, csv_text, short
-from energymargin.records.evaluation.bootstrap import (
-    DRAWS,
-    auc_ap,
-    bootstrap_weights,
-    intervals,
-    ranked,
-)
+from energymargin.records.evaluation import bootstrap
 from energymargin.records.evaluation.labelled import (
     AMONG,
     HORIZONS,
@@ -70,8 +64,8 @@ def cell_of(compared: Compared, weights: Ints) -> Cell | None:
     scores, labels, trajectory, _ = compared
     if not compared.of_both_kinds:
         return None
-    both = intervals(ranked(scores), labels, trajectory, weights)
-    return Cell(*auc_ap(scores, labels), *both, len(labels), int(labels.sum()))
+    both = bootstrap.intervals(bootstrap.ranked(scores), labels, trajectory, weights)
+    return Cell(*bootstrap.auc_ap(scores, labels), *both, len(labels), int(labels.sum()))
 
 
 def csv_fields(cell: Cell | None) -> list[float | str]:
@@ -215,7 +209,7 @@ def evaluate(
     labelled: LabelledScores,
     *,
     frames: Sequence[int] = HORIZONS,
-    draws: int = DRAWS,
+    draws: int = bootstrap.DRAWS,
     seed: int = 0,
     last: int = LAST_FRAMES,
     among: Among = "all",
@@ -246,7 +240,7 @@ def evaluate(
     if among == "captured":
         frames = [horizon for horizon in frames if horizon > 0]
     members = len(labelled.by_trajectory())
-    weights = bootstrap_weights(members, draws, seed)
+    weights = bootstrap.bootstrap_weights(members, draws, seed)
     states: dict[str, dict[int, Cell | None]] = {m: {} for m in state_metrics(labelled)}
     cells = [(metric, horizon) for metric in states for horizon in frames]
     for done, (metric, horizon) in enumerate(cells):

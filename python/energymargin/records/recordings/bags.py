@@ -21,13 +21,8 @@ from energymargin.base.arrays import Floats, Mask
 from energymargin.base.checks import check_type
 from energymargin.base.errors import needs_extra
 from energymargin.base.plausibility import warn
-from energymargin.records.recordings import poses as se3
+from energymargin.records.recordings import formats, poses as se3
 from energymargin.records.recordings.cleaning import LooseRules, Rules, cleaned
-from energymargin.records.recordings.formats import (
-    BAG_SUFFIXES,
-    require_own_files,
-    require_recording,
-)
 from energymargin.records.recordings.recording import Recording
 from energymargin.records.recordings.smoothing import gap_limits, interpolated, lost, usual_step
 from energymargin.records.recordings.table import BODIES, PLANAR, SPATIAL, FileSource
@@ -125,12 +120,14 @@ def _reader(source: FileSource) -> Iterator[AnyReader]:
     with needs_extra("a bag", "ros"):
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
-    require_recording(source.path)
+    formats.require_recording(source.path)
     if source.path.is_dir():
-        require_own_files(source.path)
+        formats.require_own_files(source.path)
     paths = [source.path]
     if source.path.is_dir() and not (source.path / "metadata.yaml").exists():
-        paths = [file for file in source.path.iterdir() if file.suffix.lower() in BAG_SUFFIXES]
+        paths = [
+            file for file in source.path.iterdir() if file.suffix.lower() in formats.BAG_SUFFIXES
+        ]
         if not paths:
             raise source.error("has no metadata.yaml and no file of a bag, expected a bag's folder")
     try:

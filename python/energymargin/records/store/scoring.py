@@ -15,17 +15,12 @@ from energymargin._core import Cancel, Problem
 from energymargin.base.limits import Limit
 from energymargin.base.metrics import CLOCKLESS, TIMED
 from energymargin.base.plausibility import warn
+from energymargin.evaluate import searches
 from energymargin.evaluate.asking import ask
 from energymargin.evaluate.belief_scoring import BeliefWork, Sharing, particle_chunk
 from energymargin.evaluate.executors.choice import Executor, chosen_executor
 from energymargin.evaluate.executors.rows import Row, Work, score_chunk
 from energymargin.evaluate.scoring import ScoreError
-from energymargin.evaluate.searches import (
-    LooseSettings,
-    SearchSettings,
-    chosen_metrics,
-    chosen_settings,
-)
 from energymargin.evaluate.store.schema import state_digest
 from energymargin.model.beliefs.belief import Belief
 from energymargin.model.beliefs.sampling import PARTICLES, Sampling
@@ -49,7 +44,7 @@ def score_dataset(
     path: str | os.PathLike[str],
     metrics: Sequence[str] | None = None,
     *,
-    settings: SearchSettings | None = None,
+    settings: searches.SearchSettings | None = None,
     future: Future | None = None,
     uncertainty: Uncertainty | None = None,
     particles: int = PARTICLES,
@@ -58,7 +53,7 @@ def score_dataset(
     notice: Callable[[str], None] | None = None,
     timeout: float | None = None,
     cancel: Cancel | None = None,
-    **loose: Unpack[LooseSettings],
+    **loose: Unpack[searches.LooseSettings],
 ) -> bool:
     """Scores the states of a dataset that lack a score in the store at `path`, which gets each
     score as soon as it is computed. Returns whether all states that can be simulated are scored
@@ -89,7 +84,7 @@ def score_dataset(
     ScoreStore: a second call for the same file is refused while one is at work.
     """
     limit = Limit(timeout, cancel)
-    settings, executor = chosen_settings(settings, **loose), chosen_executor(executor)
+    settings, executor = searches.chosen_settings(settings, **loose), chosen_executor(executor)
     sampling = None if uncertainty is None else Sampling(uncertainty, particles)
     with ExitStack() as opened:
         if not isinstance(dataset, Dataset):
@@ -107,7 +102,7 @@ def begin_run(
     store: ScoreStore,
     dataset: Dataset,
     metrics: Sequence[str],
-    settings: SearchSettings,
+    settings: searches.SearchSettings,
     future: Future | None = None,
     *,
     sampling: Sampling | None = None,
@@ -143,7 +138,7 @@ def score_run(
 ) -> bool:
     """Scores what a run lacks, of its dataset. Arguments and errors: as `score_dataset`."""
     limit = Limit(timeout, cancel)
-    settings = SearchSettings(**run.settings)
+    settings = searches.SearchSettings(**run.settings)
     scored, states = run.counts()
     advance = progress or (lambda _done, _total: None)
     advance(scored, states)
@@ -177,7 +172,7 @@ def score_run(
 def dataset_metrics(
     dataset: Dataset,
     metrics: Sequence[str] | None,
-    settings: SearchSettings,
+    settings: searches.SearchSettings,
     future: Future | None = None,
     sampling: Sampling | None = None,
 ) -> Sequence[str]:
@@ -191,7 +186,7 @@ def dataset_metrics(
     if not problems:
         raise StateError(errors[min(errors)])
     _require_clock(metrics or (), problems.values())
-    chosen = chosen_metrics(list(problems.values()), metrics, settings)
+    chosen = searches.chosen_metrics(list(problems.values()), metrics, settings)
     if sampling is not None:
         Sharing(sampling.particles, settings).require(chosen)
         for problem in problems.values():
