@@ -20,15 +20,7 @@ from energymargin.base.interrupts import raise_if_interrupted, remembered_interr
 from energymargin.base.metrics import TIMED
 from energymargin.base.replacing import replaced
 from energymargin.look.plots.companions import figure_grasp, plot_grasps
-from energymargin.look.report.pictures import (
-    Card,
-    along,
-    both_curves,
-    distributions,
-    png,
-    svg,
-    worst,
-)
+from energymargin.look.report import pictures
 from energymargin.look.report.subject import Subject, notices, read_subject, view_command
 
 SUFFIXES = (".html", ".htm")
@@ -144,7 +136,7 @@ def _page(subject: Subject, options: Options, output: Path, tell: Progress) -> d
         results.append(em.evaluation.evaluate(scores, **asked))
     every = em.evaluation.curves.wrongness(labelled, frames, options.last)
     wrong = em.evaluation.curves.by_trajectory(every, len(subject.members))
-    mistakes, lacking = worst(
+    mistakes, lacking = pictures.worst(
         *(subject, every),
         each=options.pictures,
         progress=lambda share: tell("Pictures", DRAWN + (1 - DRAWN) * share),
@@ -159,11 +151,11 @@ def _page(subject: Subject, options: Options, output: Path, tell: Progress) -> d
         "enough": ENOUGH,
         "target": em.evaluation.curves.target_name(frames=frames),
         "tables": list(tables(results)),
-        "along": along(subject, wrong, options.trajectories),
+        "along": pictures.along(subject, wrong, options.trajectories),
         "endless": any(np.isposinf(values).any() for values in labelled.scores.values()),
         "view": view_command(subject),
-        "curves": both_curves(labelled, frames, options.last),
-        "distributions": distributions(every),
+        "curves": pictures.both_curves(labelled, frames, options.last),
+        "distributions": pictures.distributions(every),
         "mistakes": mistakes,
         "lacking": lacking,
         "timed": any(metric in TIMED for metric in subject.metrics),
@@ -239,7 +231,7 @@ def write_grasps(
             "lead": found.lead.partition(";")[0],
             "notes": found.notes,
             "about": em.summary.summary(scores.trials),
-            "ranking": svg(figure),
+            "ranking": pictures.svg(figure),
             "cards": list(_cards(scores, progress)),
             "head": list(table),
             "rows": list(zip(*table.values(), strict=True))[:MOST_ROWS],
@@ -249,7 +241,7 @@ def write_grasps(
         file.write_text(rendered("grasps.html", page), encoding="utf-8")
 
 
-def _cards(scores: em.grasps.GraspScores, progress: Progress | None) -> Iterator[Card]:
+def _cards(scores: em.grasps.GraspScores, progress: Progress | None) -> Iterator[pictures.Card]:
     if not len(scores.ranked):
         return
     chosen = {scores.best: "", scores.doubtful: "The most doubtful", scores.worst: "The worst"}
@@ -257,8 +249,8 @@ def _cards(scores: em.grasps.GraspScores, progress: Progress | None) -> Iterator
     for place, (k, which) in enumerate(chosen.items()):
         if progress is not None:
             progress("Pictures", place / len(chosen))
-        title, image = f"{which}: {scores.grasps.names[k]}", png(figure_grasp(scores, k))
-        yield Card(title, _text(scores, k), [image])
+        title, image = f"{which}: {scores.grasps.names[k]}", pictures.png(figure_grasp(scores, k))
+        yield pictures.Card(title, _text(scores, k), [image])
 
 
 def _text(scores: em.grasps.GraspScores, k: int) -> str:

@@ -28,16 +28,7 @@ from energymargin.base import hdf5
 from energymargin.base.arrays import Ints
 from energymargin.base.errors import EnergyMarginError
 from energymargin.base.replacing import replaced
-from energymargin.records.datasets.columns import (
-    COLUMNS,
-    ROW,
-    Block,
-    BodyNames,
-    as_blocks,
-    check_labels,
-    cuts,
-    starts,
-)
+from energymargin.records.datasets import columns
 from energymargin.tasks.trajectories import Trajectory
 
 FORMAT = "energymargin dataset"
@@ -68,7 +59,7 @@ def write(
     names = {"format": FORMAT, "version": VERSION, "task": task, "seed": seed}
     with written(path, libver=_LIBRARY, rdcc_nbytes=_CACHE) as (file, sink):
         file.attrs.update(names, parameters=json.dumps(parameters))
-        _write_blocks(file, sink, as_blocks(trajectories))
+        _write_blocks(file, sink, columns.as_blocks(trajectories))
 
 
 @contextmanager
@@ -102,7 +93,7 @@ class Recorded(Sequence[Trajectory]):
             except BaseException:
                 self._file.close()
                 raise
-        self._cuts = np.array(cuts(self.rows["frames"]))
+        self._cuts = np.array(columns.cuts(self.rows["frames"]))
         self._block = lru_cache(_BLOCKS_CACHED)(self._read)
 
     def _read_all(self) -> None:
@@ -115,7 +106,7 @@ class Recorded(Sequence[Trajectory]):
         if not isinstance(self.parameters, dict):
             raise ValueError(f"its parameters are {self.parameters!r}")
         self.rows = _rows(file)
-        self._starts = starts(self.rows)
+        self._starts = columns.starts(self.rows)
         self._bodies = [str(name) for name in file["bodies"].asstr()[()]]
         _check_columns(file, self._starts)
 
@@ -133,7 +124,7 @@ class Recorded(Sequence[Trajectory]):
         with reading(self.path):
             return block.trajectory(t - int(self._cuts[number]))
 
-    def blocks(self) -> Iterator[Block]:
+    def blocks(self) -> Iterator[columns.Block]:
         """All trajectories, block by block."""
         for number in range(len(self._cuts) - 1):
             yield self._read(number)
@@ -143,33 +134,36 @@ class Recorded(Sequence[Trajectory]):
         self._block.cache_clear()
         self._file.close()
 
-    def _read(self, number: int) -> Block:
+    def _read(self, number: int) -> columns.Block:
         if not self._file:
             raise ValueError(f"{self.path} is closed: read from it before, or open it again")
         first, last = self._cuts[number], self._cuts[number + 1]
         with reading(self.path):
-            columns = {
+            entries = {
                 name: self._file[name][self._starts[counter][first] : self._starts[counter][last]]
-                for name, (counter, _) in COLUMNS.items()
+                for name, (counter, _) in columns.COLUMNS.items()
             }
-            block = Block(self.rows[first:last], columns, self._bodies)
+            block = columns.Block(self.rows[first:last], entries, self._bodies)
             block.check()
         return block
 
 
-def _write_blocks(file: h5py.File, sink: Sink, blocks: Iterable[Block]) -> None:
-    kinds = {"trajectories": ROW, **{name: kind for name, (_, kind) in COLUMNS.items()}}
-    columns = {}
+def _write_blocks(file: h5py.File, sink: Sink, blocks: Iterable[columns.Block]) -> None:
+    kinds = {
+        "trajectories": columns.ROW,
+        **{name: kind for name, (_, kind) in columns.COLUMNS.items()},
+    }
+    made = {}
     for name, kind in kinds.items():
         chunk = (max(1, CHUNK_BYTES // kind.itemsize),)
-        columns[name] = file.create_dataset(
+        made[name] = file.create_dataset(
             name, (0,), kind, chunks=chunk, maxshape=(None,), **_PACKED
         )
-    bodies = BodyNames()
+    bodies = columns.BodyNames()
     for block in blocks:
-        entries = {**block.columns, "contacts": bodies.renumbered(block)}
-        entries["trajectories"] = block.rows
-        for name, column in columns.items():
+        contacts = bodies.renumbered(block)
+        entries = {**block.columns, "contacts": contacts, "trajectories": block.rows}
+        for name, column in made.items():
             before = len(column)
             column.resize(before + len(entries[name]), axis=0)
             column[before:] = entries[name]
@@ -179,17 +173,17 @@ def _write_blocks(file: h5py.File, sink: Sink, blocks: Iterable[Block]) -> None:
 
 def _rows(file: h5py.File) -> NDArray[np.void]:
     rows: NDArray[np.void] = file["trajectories"][()]
-    if rows.dtype != ROW or rows.ndim != 1 or len(rows) == 0:
+    if rows.dtype != columns.ROW or rows.ndim != 1 or len(rows) == 0:
         raise ValueError(f"its table of trajectories has shape {rows.shape} of {rows.dtype}")
     counts = ("frames", "width", "contact_count", "params_bytes")
     if any((rows[name] < 0).any() for name in counts) or (rows["frames"] == 0).any():
         raise ValueError("a trajectory has less than nothing")
-    check_labels(rows["success_any"])
+    columns.check_labels(rows["success_any"])
     return rows
 
 
 def _check_columns(file: h5py.File, ends: dict[str, Ints]) -> None:
-    for name, (counter, kind) in COLUMNS.items():
+    for name, (counter, kind) in columns.COLUMNS.items():
         column, expected = file[name], int(ends[counter][-1])
         if column.shape != (expected,) or column.dtype != kind:
             raise ValueError(

@@ -21,18 +21,8 @@ from energymargin.base.arrays import Floats, Mask
 from energymargin.base.checks import one_of, whole_number
 from energymargin.base.errors import EnergyMarginError
 from energymargin.base.reprs import Record
+from energymargin.records.evaluation import labelled as pairing
 from energymargin.records.evaluation.bootstrap import auc_ap, ranked
-from energymargin.records.evaluation.labelled import (
-    HORIZON,
-    LAST_FRAMES,
-    SUCCESSES,
-    Among,
-    Compared,
-    LabelledScores,
-    compared_states,
-    compared_trajectories,
-    state_metrics,
-)
 
 __all__ = [
     "TARGETS",
@@ -117,13 +107,13 @@ class OneLabelError(EnergyMarginError, ValueError):
 
 
 def roc(
-    labelled: LabelledScores,
+    labelled: pairing.LabelledScores,
     metric: str,
     *,
     target: Target = CAPTURED,
-    frames: int = HORIZON,
-    last: int = LAST_FRAMES,
-    among: Among = "all",
+    frames: int = pairing.HORIZON,
+    last: int = pairing.LAST_FRAMES,
+    among: pairing.Among = "all",
 ) -> Roc:
     """The ROC of a metric.
 
@@ -145,13 +135,13 @@ def roc(
 
 
 def precision_recall(
-    labelled: LabelledScores,
+    labelled: pairing.LabelledScores,
     metric: str,
     *,
     target: Target = CAPTURED,
-    frames: int = HORIZON,
-    last: int = LAST_FRAMES,
-    among: Among = "all",
+    frames: int = pairing.HORIZON,
+    last: int = pairing.LAST_FRAMES,
+    among: pairing.Among = "all",
 ) -> PrecisionRecall:
     """Precision over recall of a metric; arguments and errors as of `roc`."""
     from sklearn.metrics import precision_recall_curve
@@ -166,14 +156,16 @@ def precision_recall(
     return PrecisionRecall(recall, precision, limits, ap, len(labels), int(labels.sum()))
 
 
-def metrics_against(labelled: LabelledScores, target: Target = CAPTURED) -> list[str]:
+def metrics_against(labelled: pairing.LabelledScores, target: Target = CAPTURED) -> list[str]:
     """The metrics that `evaluate` compares with a target; ValueError on another target."""
     if one_of("target", target, TARGETS) == CAPTURED:
-        return state_metrics(labelled)
-    return [metric for metric in SUCCESSES if metric in labelled.scores]
+        return pairing.state_metrics(labelled)
+    return [metric for metric in pairing.SUCCESSES if metric in labelled.scores]
 
 
-def target_name(target: Target = CAPTURED, frames: int = HORIZON, last: int = LAST_FRAMES) -> str:
+def target_name(
+    target: Target = CAPTURED, frames: int = pairing.HORIZON, last: int = pairing.LAST_FRAMES
+) -> str:
     """A target in words, for a title."""
     if target == SUCCESS:
         return f"success of a trajectory, by its last {last} frames"
@@ -181,8 +173,14 @@ def target_name(target: Target = CAPTURED, frames: int = HORIZON, last: int = LA
 
 
 def _compared(
-    labelled: LabelledScores, metric: str, target: Target, frames: int, last: int, *, among: Among
-) -> Compared:
+    labelled: pairing.LabelledScores,
+    metric: str,
+    target: Target,
+    frames: int,
+    last: int,
+    *,
+    among: pairing.Among,
+) -> pairing.Compared:
     """The scores and labels; raises OneLabelError unless there are labels of both kinds."""
     one_of("target", target, TARGETS)
     whole_number("frames", frames, 0)
@@ -204,14 +202,20 @@ def _compared(
 
 
 def _against(
-    labelled: LabelledScores, metric: str, target: Target, frames: int, last: int, *, among: Among
-) -> Compared:
+    labelled: pairing.LabelledScores,
+    metric: str,
+    target: Target,
+    frames: int,
+    last: int,
+    *,
+    among: pairing.Among,
+) -> pairing.Compared:
     if target == CAPTURED:
-        return compared_states(labelled, metric, frames, among=among)
-    return compared_trajectories(labelled, metric, last)
+        return pairing.compared_states(labelled, metric, frames, among=among)
+    return pairing.compared_trajectories(labelled, metric, last)
 
 
-def _thresholds(compared: Compared, ranks: Floats) -> Floats:
+def _thresholds(compared: pairing.Compared, ranks: Floats) -> Floats:
     """NaN, and the scores that have these ranks."""
     return np.concatenate([[np.nan], np.unique(compared.scores)[np.asarray(ranks, dtype=int)]])
 
@@ -244,7 +248,7 @@ class Wrongness:
     metric: str
     target: Target
     """"captured" or "success"."""
-    compared: Compared
+    compared: pairing.Compared
     ranks: Ranks
 
     def words(self, label: bool) -> str:
@@ -260,7 +264,7 @@ class Wrongness:
         return [int(place) for place in order[np.sort(first)][:count]]
 
 
-def wrongness(labelled: LabelledScores, frames: int, last: int) -> list[Wrongness]:
+def wrongness(labelled: pairing.LabelledScores, frames: int, last: int) -> list[Wrongness]:
     """Every metric compared with its label, as `evaluate` does."""
     found = []
     for target in TARGETS:

@@ -14,23 +14,7 @@ from energymargin.base.metrics import ANY
 from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
 from energymargin.base.table_text import DASH, csv_text, short
-from energymargin.records.evaluation import bootstrap
-from energymargin.records.evaluation.labelled import (
-    AMONG,
-    HORIZONS,
-    LAST_FRAMES,
-    PROBABLE_SUCCESS,
-    SUCCESS,
-    SUCCESSES,
-    Among,
-    Compared,
-    Counts,
-    LabelledScores,
-    compared_states,
-    compared_trajectories,
-    count_states,
-    state_metrics,
-)
+from energymargin.records.evaluation import bootstrap, labelled as pairing
 
 CELL_COLUMNS = ("count", "positives", "auc", "auc_low", "auc_high", "ap", "ap_low", "ap_high")
 CSV_COLUMNS = ("score", "among", "horizon", *CELL_COLUMNS)
@@ -59,7 +43,7 @@ class Cell:
         return _span(self.auc_interval), _span(self.ap_interval)
 
 
-def cell_of(compared: Compared, weights: Ints) -> Cell | None:
+def cell_of(compared: pairing.Compared, weights: Ints) -> Cell | None:
     """AUC and AP, with intervals of the (draws, T) weights of the trajectories."""
     scores, labels, trajectory, _ = compared
     if not compared.of_both_kinds:
@@ -99,17 +83,17 @@ class Evaluation(Record, Summarized):
     """Trajectories that lack a score in one of their last frames, and are left out of success."""
     success_any: Cell | None = None
     """The trajectory score of at least one object."""
-    last: int = LAST_FRAMES
+    last: int = pairing.LAST_FRAMES
     """k-bar, the frames of the trajectory score."""
     probable_success: Cell | None = None
     """Cell of the probability of success; None also if that was not computed."""
     asks: str | None = None
     """As of LabelledScores."""
-    among: Among = "all"
+    among: pairing.Among = "all"
     """Which states are compared; of those that are captured now `success` is None."""
     clipped: bool = False
     """Whether a horizon ends with its trajectory; else such states are left out."""
-    counts: dict[int, Counts] = field(default_factory=dict)
+    counts: dict[int, pairing.Counts] = field(default_factory=dict)
     """By horizon, which states count."""
 
     @property
@@ -125,9 +109,9 @@ class Evaluation(Record, Summarized):
     def trajectories(self) -> dict[str, Cell]:
         """By score, the cells that are there of whole trajectories."""
         cells = {
-            SUCCESS: self.success,
-            PROBABLE_SUCCESS: self.probable_success,
-            SUCCESS + ANY: self.success_any,
+            pairing.SUCCESS: self.success,
+            pairing.PROBABLE_SUCCESS: self.probable_success,
+            pairing.SUCCESS + ANY: self.success_any,
         }
         return {score: cell for score, cell in cells.items() if cell is not None}
 
@@ -143,9 +127,9 @@ class Evaluation(Record, Summarized):
             for horizon, cell in by_horizon.items()
         ]
         there = {
-            SUCCESS: self.among == "all",
-            PROBABLE_SUCCESS: self.probable_success is not None,
-            SUCCESS + ANY: self.success_any or (self.several and self.among == "all"),
+            pairing.SUCCESS: self.among == "all",
+            pairing.PROBABLE_SUCCESS: self.probable_success is not None,
+            pairing.SUCCESS + ANY: self.success_any or (self.several and self.among == "all"),
         }
         cells += [(score, "", self.trajectories.get(score)) for score in there if there[score]]
         return [[score, self.among, h, *csv_fields(cell)] for score, h, cell in cells]
@@ -206,13 +190,13 @@ class Evaluation(Record, Summarized):
 
 
 def evaluate(
-    labelled: LabelledScores,
+    labelled: pairing.LabelledScores,
     *,
-    frames: Sequence[int] = HORIZONS,
+    frames: Sequence[int] = pairing.HORIZONS,
     draws: int = bootstrap.DRAWS,
     seed: int = 0,
-    last: int = LAST_FRAMES,
-    among: Among = "all",
+    last: int = pairing.LAST_FRAMES,
+    among: pairing.Among = "all",
     clipped: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> Evaluation:
@@ -241,16 +225,16 @@ def evaluate(
         frames = [horizon for horizon in frames if horizon > 0]
     members = len(labelled.by_trajectory())
     weights = bootstrap.bootstrap_weights(members, draws, seed)
-    states: dict[str, dict[int, Cell | None]] = {m: {} for m in state_metrics(labelled)}
+    states: dict[str, dict[int, Cell | None]] = {m: {} for m in pairing.state_metrics(labelled)}
     cells = [(metric, horizon) for metric in states for horizon in frames]
     for done, (metric, horizon) in enumerate(cells):
         if progress is not None:
             progress(done, len(cells))
-        compared = compared_states(labelled, metric, horizon, among=among, clipped=clipped)
+        compared = pairing.compared_states(labelled, metric, horizon, among=among, clipped=clipped)
         states[metric][horizon] = cell_of(compared, weights)
     trajectories = {
-        metric: compared_trajectories(labelled, metric, last)
-        for metric in SUCCESSES
+        metric: pairing.compared_trajectories(labelled, metric, last)
+        for metric in pairing.SUCCESSES
         if among == "all" and metric in labelled.scores
     }
     successes = {metric: cell_of(own, weights) for metric, own in trajectories.items()}
@@ -260,30 +244,30 @@ def evaluate(
         task=labelled.task,
         frames=tuple(frames),
         states=states,
-        success=successes.get(SUCCESS),
+        success=successes.get(pairing.SUCCESS),
         missing=int(missing.sum()),
         missing_trajectories=members - whole,
-        success_any=successes.get(SUCCESS + ANY),
+        success_any=successes.get(pairing.SUCCESS + ANY),
         last=last,
-        probable_success=successes.get(PROBABLE_SUCCESS),
+        probable_success=successes.get(pairing.PROBABLE_SUCCESS),
         asks=labelled.asks,
         among=among,
         clipped=clipped,
         counts={
-            horizon: count_states(labelled, horizon, among=among, clipped=clipped)
+            horizon: pairing.count_states(labelled, horizon, among=among, clipped=clipped)
             for horizon in frames
         },
     )
 
 
 def tables_of(
-    labelled: LabelledScores,
-    now: LabelledScores | None = None,
+    labelled: pairing.LabelledScores,
+    now: pairing.LabelledScores | None = None,
     *,
-    among: Among | None = None,
+    among: pairing.Among | None = None,
     frames: Sequence[int] | None = None,
     clipped: bool = False,
-) -> list[tuple[LabelledScores, Among, Sequence[int]]]:
+) -> list[tuple[pairing.LabelledScores, pairing.Among, Sequence[int]]]:
     """The tables that tell most: which scores, among which states, at which horizons. With `among`
     or `frames`, or `clipped`, those tables, of all scores.
 
@@ -294,9 +278,9 @@ def tables_of(
     """
     if among is not None or frames or clipped:
         scores = labelled if now is None else labelled.beside(now)
-        chosen = AMONG if among is None else (among,)
-        return [(scores, each, frames or HORIZONS) for each in chosen]
+        chosen = pairing.AMONG if among is None else (among,)
+        return [(scores, each, frames or pairing.HORIZONS) for each in chosen]
     if labelled.frames is None:
-        return [(labelled, each, HORIZONS) for each in AMONG]
+        return [(labelled, each, pairing.HORIZONS) for each in pairing.AMONG]
     both, whole = (labelled, labelled) if now is None else (labelled.beside(now), now)
-    return [(both, "captured", [labelled.frames]), (whole, "all", HORIZONS)]
+    return [(both, "captured", [labelled.frames]), (whole, "all", pairing.HORIZONS)]

@@ -18,13 +18,6 @@ from energymargin.base.arrays import Floats, Ints, Mask
 from energymargin.base.checks import numbers_of, positive_number, yes_or_no
 from energymargin.records.recordings import poses as se3, smoothing
 from energymargin.records.recordings.recording import Motion, Recording, Repairs
-from energymargin.records.recordings.smoothing import (
-    LEAST_FRAMES,
-    gap_limits,
-    interpolated,
-    jumps,
-    lost,
-)
 from energymargin.records.recordings.table import FileSource, columns_of, first
 
 if TYPE_CHECKING:
@@ -137,7 +130,7 @@ def cleaned(table: pd.DataFrame, source: FileSource, rules: Rules) -> Recording:
     times = table["time"].to_numpy()
     if rules.causal:
         known = [track.good for track in tracks if track.velocities is None]
-        since = max((times[good][LEAST_FRAMES - 1] for good in known), default=-math.inf)
+        since = max((times[good][smoothing.LEAST_FRAMES - 1] for good in known), default=-math.inf)
         frames, at = frames[at >= since], at[at >= since]
         repairs = _repairs(table, tracks, frames)
     motions = {track.body: _motion(source, times, track, at, rules) for track in tracks}
@@ -145,8 +138,8 @@ def cleaned(table: pd.DataFrame, source: FileSource, rules: Rules) -> Recording:
 
 
 def _require_enough(source: FileSource, count: int, what: str) -> None:
-    if count < LEAST_FRAMES:
-        raise source.error(f"has {count} {what}, expected at least {LEAST_FRAMES}")
+    if count < smoothing.LEAST_FRAMES:
+        raise source.error(f"has {count} {what}, expected at least {smoothing.LEAST_FRAMES}")
 
 
 def _require_clock(source: FileSource, table: pd.DataFrame, smoothing_time: float) -> None:
@@ -178,14 +171,14 @@ def _track(source: FileSource, table: pd.DataFrame, body: str, rules: Rules) -> 
     times, poses = table["time"].to_numpy(), table[of_poses].to_numpy(float)
     velocities = table[of_rates].to_numpy(float) if of_rates[0] in table else None
     _require_units(source, table, body, poses)
-    seen = np.asarray(np.isfinite(poses).all(axis=1)) & ~lost(poses, rules.least_jump)
+    seen = np.asarray(np.isfinite(poses).all(axis=1)) & ~smoothing.lost(poses, rules.least_jump)
     if velocities is not None:
         seen &= np.isfinite(velocities).all(axis=1)
     _require_enough(source, int(seen.sum()), f"rows in which the {body} was seen")
     if not se3.planar(poses):
         source.require_poses(body, poses[seen], table.index.to_numpy()[seen])
     jumped = np.zeros_like(seen)
-    jumped[seen] = jumps(times[seen], poses[seen], rules.least_jump, rules.least_turn)
+    jumped[seen] = smoothing.jumps(times[seen], poses[seen], rules.least_jump, rules.least_turn)
     good = seen & ~jumped
     _require_enough(source, int(good.sum()), f"rows without a jump of the {body}")
     poses[good] = se3.continuous(poses[good])
@@ -213,7 +206,7 @@ def _require_short_gaps(
     """Raises ValueError with the line after a longer time without a good pose of this body."""
     good = table[track.good]
     gaps = np.diff(good["time"].to_numpy())
-    longest, jitter = gap_limits(longest_gap, table["time"].to_numpy())
+    longest, jitter = smoothing.gap_limits(longest_gap, table["time"].to_numpy())
     if (k := first(gaps > longest + jitter)) is not None:
         before, after = good["frame"].iloc[k : k + 2]
         raise source.error(
@@ -281,7 +274,9 @@ def _motion(source: FileSource, times: Floats, track: _Track, at: Floats, rules:
     smoother = smoothing.causally_smoothed if causal else smoothing.smoothed
     smooth = smoother(times, poses, at, rules.smoothing)
     if rates is not None or not rules.smooth_poses:
-        smooth = smooth._replace(values=interpolated(at, times, poses), variances=smooth.errors)
+        smooth = smooth._replace(
+            values=smoothing.interpolated(at, times, poses), variances=smooth.errors
+        )
     made = se3.to_velocities(smooth.values)
     placed, turn = se3.moved(
         se3.units(smooth.values), (0, 0, 0) if rules.origin is None else rules.origin
@@ -293,7 +288,7 @@ def _motion(source: FileSource, times: Floats, track: _Track, at: Floats, rules:
     velocities = (made @ smooth.rates[:, :, None])[:, :, 0]
     if rates is None:
         return Motion(placed, velocities @ turn.T, *covariances)
-    given = interpolated(at, times, rates[track.good])
+    given = smoothing.interpolated(at, times, rates[track.good])
     _require_agreement(source, track.rates, given, velocities)
     return Motion(placed, given @ turn.T, covariances[0])
 
