@@ -22,7 +22,7 @@ from energymargin.base.table_text import DASH, csv_text, markdown_table, short
 from energymargin.cli.options import PICTURE_NODES
 from energymargin.cli.terminal import out, share_bar
 from energymargin.datasets import Dataset
-from energymargin.evaluate.executors.threads import Threads
+from energymargin.evaluate.executors.choice import Threads
 from energymargin.evaluate.searches import SearchSettings
 from energymargin.evaluation import Cell, Evaluation, LabelledScores, evaluate
 from energymargin.records.evaluation.labelled import HORIZONS, SUCCESS, compared_states

@@ -31,9 +31,7 @@ from energymargin._core import Cancel, Cancelled
 from energymargin.base.checks import core_count, whole_number
 from energymargin.base.limits import Limit
 from energymargin.evaluate.asking import Pairs, ask
-from energymargin.evaluate.executors.choice import Executor
-from energymargin.evaluate.executors.processes import Processes
-from energymargin.evaluate.executors.threads import Threads
+from energymargin.evaluate.executors.choice import Executor, Processes, Threads
 from energymargin.evaluate.store.answer_file import AnswerFile
 from energymargin.records.datasets import files
 from energymargin.records.datasets.columns import COLUMNS, Block, as_block
