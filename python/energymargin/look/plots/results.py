@@ -14,6 +14,7 @@ from matplotlib.lines import Line2D
 
 from energymargin._core import CaptureProbability, EscapeEffort, Problem, Survival
 from energymargin.base.checks import not_negative_number, yes_or_no
+from energymargin.base.table_text import counted
 from energymargin.evaluate.engine_comparison import EngineComparison
 from energymargin.evaluate.futures import Undisturbed, undisturbed
 from energymargin.look import outlines
@@ -75,7 +76,7 @@ def _draw_effort(ax: Axes, name: str, result: EscapeEffort, style: styles.LineSt
     """Steps from the first escape on, which go on to the last node."""
     stopped = "" if result.complete else ", stopped early"
     if not result.history:
-        label = f"{name}: no escape in {styles.nodes_in_words(result.nodes)}{stopped}"
+        label = f"{name}: no escape in {counted(result.nodes, 'node')}{stopped}"
         ax.plot([], [], linestyle="", marker=style.marker, color=style.color, label=label)
         return
     nodes, efforts = np.array(result.history, dtype=float).T

@@ -14,6 +14,7 @@ from matplotlib.patches import Patch
 from energymargin._core import CaptureScore, EscapeEffort, Plane, Problem, Scene
 from energymargin.base import checks
 from energymargin.base.arrays import Floats
+from energymargin.base.table_text import counted
 from energymargin.look import outlines
 from energymargin.look.plots import styles, trees
 from energymargin.look.plots.scenes import draw_bodies, draw_ghost, draw_set, set_plane, sets_of
@@ -116,7 +117,7 @@ def plot_state(
     ax.set_title(title, fontsize=10)
     if legend:
         unseen = len(states) - len(seen)
-        text = f"{unseen} of {styles.nodes_in_words(len(states))} out of view" if unseen else ""
+        text = f"{unseen} of {counted(len(states), 'node')} out of view" if unseen else ""
         handles = state_legend(problem, notes=(*notes, text), tree=crosses, escape=way)
         styles.draw_legend(ax, "below", handles)
     return ax

@@ -204,8 +204,3 @@ def draw_bounded(
 def light_grid(ax: Axes) -> None:
     """Lines that help to read values."""
     ax.grid(alpha=0.25, linewidth=0.5)
-
-
-def nodes_in_words(nodes: int) -> str:
-    """How many, such as "1 node"."""
-    return f"{nodes} node{'s' * (nodes != 1)}"

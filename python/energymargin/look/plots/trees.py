@@ -16,9 +16,10 @@ from matplotlib.lines import Line2D
 
 from energymargin._core import CaptureScore, EscapeEffort, Problem, Tree
 from energymargin.base.arrays import Floats, Mask
+from energymargin.base.table_text import counted
 from energymargin.look.outlines import Limits, Plan, object_centers
 from energymargin.look.plots.scenes import draw_lost, lost_objects, sets_of
-from energymargin.look.plots.styles import COSTS, LOST_COLOR, nodes_in_words
+from energymargin.look.plots.styles import COSTS, LOST_COLOR
 
 LEAST = 1e-9  # J, at the end of a colour bar
 ESCAPE: dict[str, Any] = {  # a thick line over all, with a square where the object is lost
@@ -100,7 +101,7 @@ def escape_in_words(of: Result, escape: Escape | None = None) -> str:
     """The effort, for a title; also that there is no escape, or nothing to escape from."""
     effort = of.effort if isinstance(of, EscapeEffort) else escape.effort if escape else math.inf
     if math.isinf(effort):
-        return f"no escape found with {nodes_in_words(of.nodes)}"
+        return f"no escape found with {counted(of.nodes, 'node')}"
     if escape is not None and len(escape.states) == 1:
         return "the start is outside of the capture set"
     kind = "effort of escape" if isinstance(of, EscapeEffort) else "cheapest escape of the tree"

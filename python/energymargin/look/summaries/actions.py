@@ -10,7 +10,7 @@ import energymargin as em
 from energymargin.base.metrics import value_text
 from energymargin.base.summary import Picture, Summary
 from energymargin.base.table_text import DASH, sentence
-from energymargin.look.summaries.words import UNFINISHED, named
+from energymargin.look.summaries.scores import named
 
 
 def ranking(result: em.Ranking) -> Summary:
@@ -66,7 +66,6 @@ def critical_value(one: em.CriticalValue) -> Summary:
         ("rollouts", one.rollouts),
     ]
     notes = ["Not monotone: new draws have tested the ends."] if one.monotone is False else []
-    notes += [] if one.complete else [UNFINISHED]
     picture = Picture("plot_critical_value", one, "What is known of the probability.")
     return Summary(f"Critical {one.quantity}", rows, notes=notes, picture=picture)
 
@@ -79,7 +78,6 @@ def critical_values(found: em.actions.CriticalValues) -> Summary:
     ]
     first = found.tightest
     notes = [found.question] + ([] if first is None else [f"Tightest: {first.quantity}."])
-    notes += [] if found.complete else [UNFINISHED]
     head = ("quantity", "nominal", "holds", "interval", "margin")
     picture = Picture("plot_critical_values", found, "How far each is from where it fails.")
     return Summary("", rows, head, notes, picture=picture)
@@ -92,7 +90,6 @@ def critical_curve(curve: em.CriticalCurve) -> Summary:
         for value, one in zip(curve.values, curve.found, strict=True)
     ]
     notes = [f"All intervals together cover the line with {curve.confidence:.0%}."]
-    notes += [] if curve.complete else [UNFINISHED]
     picture = Picture("plot_critical_curve", curve, "The line between held and lost.")
     head = (curve.quantity, curve.found[0].quantity, "interval")
     return Summary("", rows, head, notes, picture=picture)
@@ -105,8 +102,7 @@ def grasp_limits(found: em.grasps.GraspLimits) -> Summary:
         (name, *(_of_grasp(column[k], found.errors.get(k)) for column in columns))
         for k, name in enumerate(found.grasps.names)
     ]
-    notes = [] if found.complete else [UNFINISHED]
-    return Summary("", rows, ("grasp", *found.limits), notes)
+    return Summary("", rows, ("grasp", *found.limits))
 
 
 def _of_grasp(one: em.CriticalValue | None, error: str | None) -> str:

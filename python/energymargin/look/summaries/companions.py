@@ -9,8 +9,8 @@ import numpy as np
 
 import energymargin as em
 from energymargin.base.summary import MOST_ROWS, Picture, Summary
-from energymargin.base.table_text import DASH, sentence
-from energymargin.look.summaries.words import UNFINISHED, stacked
+from energymargin.base.table_text import DASH, counted, sentence
+from energymargin.look.summaries.scores import stacked
 
 if TYPE_CHECKING:
     from energymargin.grasps.trials import GraspTrials
@@ -32,7 +32,7 @@ def grasp_scores(scores: em.grasps.GraspScores) -> Summary:
         doubtful = third + np.sort(np.argsort(doubt, kind="stable")[:third])
         ranks = np.concatenate([ranks[:third], doubtful, ranks[-third:]])
     table = scores.table(ranks.tolist())
-    lead = f"{_counted(n, 'grasp')}, {_counted(trials, 'trial')} of {scores.horizon:g} s each"
+    lead = f"{counted(n, 'grasp')}, {counted(trials, 'trial')} of {scores.horizon:g} s each"
     lead += "; the best, the most doubtful and the worst" * (len(ranks) < len(order))
     notes = [sentence(note) for note in _grasp_notes(scores) if note]
     picture = Picture("plot_grasps", scores, "probabilities with their 95 % intervals, by rank")
@@ -79,7 +79,7 @@ def _grasp_notes(scores: em.grasps.GraspScores) -> list[str]:
         _against_labels(scores),
         _MOVED.format(moved / made) if moved else "",
         *scores.warnings,
-        f"not complete: {missing} of {n} grasps were not scored" if missing else "",
+        f"{missing} of {n} grasps were not scored" if missing else "",
     ]
 
 
@@ -95,8 +95,7 @@ def grasp_comparison(result: em.grasps.GraspComparison) -> Summary:
         )
         for name, one in result.scores.items()
     ]
-    things = ", ".join(result.objects)
-    lead = f"{result.held} of {result.grasps} grasps hold ({things})."
+    lead = f"{result.held} of {result.grasps} grasps hold ({', '.join(result.objects)})."
     notes = [f"{result.left_out} grasps have no label or no probability."] * (result.left_out > 0)
     return Summary("Which grasps hold", rows, head, notes, lead=lead)
 
@@ -121,23 +120,19 @@ def _against_labels(scores: em.grasps.GraspScores) -> str:
     return f"{within} against the labels: {found.held} held, {lost} lost"
 
 
-def _counted(number: int, thing: str) -> str:
-    return f"{number} {thing}{'s' * (number != 1)}"
-
-
 def settled(found: em.placing.Settled) -> Summary:
     """A row for each body that does not stay, the farthest first."""
     head = ("body", "", "moved [mm]", "turned [deg]", "dropped [mm]", "from, to [s]", "rests on")
     rows = [_of_body(found[name]) for name in found.moved]
-    count = len(found.bodies)
-    verdict = "Nothing moves." if found.stays else f"{len(rows)} of {count} bodies move."
+    verdict = (
+        "Nothing moves." if found.stays else f"{len(rows)} of {len(found.bodies)} bodies move."
+    )
     notes = [f"{verdict} Simulated: {found.time:.3g} s, {found.steps} steps."]
     notes += [
         f"{a} and {b} overlap by {1e3 * d:.2g} mm at the start." for a, b, d in found.overlaps
     ]
     if found.unconverged:
         notes.append(f"{found.unconverged} steps did not converge.")
-    notes += [] if found.complete else [UNFINISHED]
     return Summary("", rows, head if rows else (), notes)
 
 
@@ -164,10 +159,8 @@ def resting_poses(found: em.placing.RestingPoses) -> Summary:
         )
         for number, one in enumerate(found.poses[:MOST_ROWS])
     ]
-    notes = [] if found.complete else [UNFINISHED]
-    if found.drops:
-        apart = f"they differ from the probabilities by {found.total_variation:.3f} in all."
-        notes.append(f"Of {found.drops} simulated drops; {apart}")
+    apart = f"they differ from the probabilities by {found.total_variation:.3f} in all."
+    notes = [f"Of {found.drops} simulated drops; {apart}"] if found.drops else []
     picture = Picture("plot_resting_pose", found, "the most probable pose") if rows else None
     return Summary("", rows, head, notes, total=len(found), picture=picture)
 
@@ -181,7 +174,6 @@ def stack_robustness(found: em.placing.StackRobustness) -> Summary:
         "its plan {} times as fast": found.speed,
     }
     notes = [_of_support(words, one) for words, one in asked.items() if one is not None]
-    notes += [] if found.complete else [UNFINISHED]
     return Summary("", rows, ("body", "least effort [J]", "it", "takes along"), notes)
 
 

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 import energymargin as em
 from energymargin.base.arrays import Floats
-from energymargin.base.metrics import ANY, TIMED, value_text
+from energymargin.base.metrics import ANY, TIMED, unit, value_text
 from energymargin.base.summary import MOST_ROWS, Summary
+from energymargin.base.table_text import DASH
 from energymargin.evaluate.futures import disturbance_in_words
-from energymargin.look.summaries.words import named, parameters_text, short, stacked
 
 
 def score_table(scores: em.ScoreTable) -> Summary:
@@ -19,7 +22,6 @@ def score_table(scores: em.ScoreTable) -> Summary:
         for i in range(min(len(scores), MOST_ROWS))
     ]
     notes = [f"{float(np.sum(scores.seconds)):.3g} s of computing."]
-    notes += [] if scores.complete else ["Not complete: some problems were not scored in time."]
     head = ("problem", *map(named, scores.scores))
     return Summary("Scores", rows, head, notes, total=len(scores))
 
@@ -68,8 +70,9 @@ def score_store(store: em.store.ScoreStore) -> Summary:
     """Its runs, a row each."""
     head = ("run", "task", "states scored", "scores", "asked about", "settings")
     rows = [(one.number, one.task, *_run_rows(one).values()) for one in store.runs()]
-    notes = [] if rows else ["There are no runs."]
-    return Summary(f"Scores in {store.path.name}", rows, head, notes)
+    return Summary(
+        f"Scores in {store.path.name}", rows, head, [] if rows else ["There are no runs."]
+    )
 
 
 def _run_rows(one: em.store.Run) -> dict[str, str]:
@@ -144,3 +147,26 @@ def dataset(recorded: em.datasets.Dataset) -> Summary:
         ("seed", recorded.seed),
     ]
     return Summary(f"Dataset of {recorded.task}", rows)
+
+
+def named(metric: str) -> str:
+    """A metric with its unit."""
+    return f"{metric} [{unit(metric)}]" if unit(metric) else metric
+
+
+def parameters_text(values: Mapping[str, Any]) -> str:
+    """Parameters in words; None is one that is drawn at random for each trajectory."""
+    parts = (
+        f"{n} drawn at random" if v is None else f"{n} = {short(v)}" for n, v in values.items()
+    )
+    return ", ".join(parts) or "nothing"
+
+
+def short(value: Any) -> str:
+    """A setting's value."""
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def stacked(cell: em.evaluation.Cell | None) -> str:
+    """A value, and below it its intervals."""
+    return DASH if cell is None else "\n".join((cell.value(), *cell.intervals()))

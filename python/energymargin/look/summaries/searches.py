@@ -11,7 +11,6 @@ from energymargin import _core
 from energymargin.base.summary import Picture, Summary
 from energymargin.base.table_text import sentence
 from energymargin.evaluate.futures import plan_rows
-from energymargin.look.summaries.words import UNFINISHED
 
 NONE_FOUND = "infinite: no way out was found"
 NOTHING_SEARCHED = "It was stopped before anything was searched: there is no value."
@@ -92,9 +91,8 @@ def _energy(energy: float) -> str:
 
 
 def _notes(result: Any) -> list[str]:
-    """Warnings as sentences, and whether it was stopped."""
-    sentences = [sentence(warning) for warning in getattr(result, "warnings", ())]
-    return sentences if result.complete else [*sentences, UNFINISHED]
+    """Warnings as sentences."""
+    return [sentence(warning) for warning in getattr(result, "warnings", ())]
 
 
 def capture_probability(found: _core.CaptureProbability) -> Summary:
@@ -156,8 +154,7 @@ def problem(asked: _core.Problem) -> Summary:
         ("measured contacts", "none" if contacts is None else len(contacts)),
         *em.futures.future_rows(asked),
     ]
-    state = Picture("plot_state", asked, STATE, {"detail": DETAIL})
-    return Summary("Problem", rows, picture=state)
+    return Summary("Problem", rows, picture=Picture("plot_state", asked, STATE, {"detail": DETAIL}))
 
 
 def plan(of_robot: _core.Plan) -> Summary:
@@ -170,9 +167,9 @@ def scene(made: _core.Scene) -> Summary:
     head = ("body", "role", "shape", "mass [kg]", "friction")
     bodies = []
     for body in made.bodies:
-        mass = "kinematic" if body.kinematic else f"{body.mass:.4g}"
+        moves = "kinematic" if body.kinematic else f"{body.mass:.4g}"
         role, shape = body.role.replace("none", ""), type(body.shape).__name__
-        mass = "fixed" if body.fixed else mass
+        mass = "fixed" if body.fixed else moves
         bodies.append((body.name, role, shape, mass, f"{body.friction:.3g}"))
     note = f"{len(made.joints)} joints, {len(made.springs)} springs, gravity "
     note += f"{_vector(made.gravity, 'm/s²')}, {made.dimension} numbers in a state"

@@ -12,7 +12,7 @@ from matplotlib.colors import to_hex
 
 import energymargin as em
 from energymargin.base.metrics import TIMED, with_unit
-from energymargin.base.table_text import DASH
+from energymargin.base.table_text import DASH, counted
 from energymargin.look.plots import styles
 from energymargin.look.viewer.search import Scored
 from energymargin.look.viewer.shots import FUTURE_COLOR
@@ -94,7 +94,7 @@ def escape_text(scored: Scored) -> str:
     """Effort and time of the escape."""
     way = scored.way_out
     if way is None:
-        return plain(f"No escape was found with {_counted(scored.escape.nodes, 'node')}.")
+        return plain(f"No escape was found with {counted(scored.escape.nodes, 'node')}.")
     if len(way.times) == 1:
         return plain("It is out already: no effort is needed.")
     by_itself = ", by itself," if scored.escape.effort == 0.0 else ""
@@ -117,7 +117,7 @@ def future_text(problem: em.Problem, future: em.futures.Undisturbed | None, why:
 
 def drawn_text(dots: int, edges: int) -> str:
     """How much of the tree is drawn."""
-    return plain(f"{_counted(dots, 'dot')} and {_counted(edges, 'edge')} are drawn") if dots else ""
+    return plain(f"{counted(dots, 'dot')} and {counted(edges, 'edge')} are drawn") if dots else ""
 
 
 def sets_text(problem: em.Problem, drawn: Collection[str]) -> str:
@@ -159,15 +159,11 @@ def legend(
     return box(scale, words)
 
 
-def _counted(number: int, thing: str) -> str:
-    return f"{number:,} {thing}{'s' * (number != 1)}"
-
-
 def _notes(scored: Scored) -> str:
     """How many nodes or rollouts are behind the scores, and under which disturbance."""
     notes, found = [], scored.probability
     if scored.capture is not None:
-        notes.append(f"of {_counted(scored.nodes, 'node')}")
+        notes.append(f"of {counted(scored.nodes, 'node')}")
         if scored.force is None:
             notes.append("no effector, so no force score")
     elif found is not None:
@@ -176,7 +172,7 @@ def _notes(scored: Scored) -> str:
         if isinstance(model, em.disturbances.Uniform):
             words = em.futures.uniform_in_words(model)
         diverged = f", {found.diverged} diverged" if found.diverged else ""
-        notes.append(f"{_counted(found.rollouts, 'rollout')}{diverged} under {words}")
+        notes.append(f"{counted(found.rollouts, 'rollout')}{diverged} under {words}")
         notes.append("95 % intervals")
         notes.append(f"captured for {found.mean_time:.3g} s on average")
     return "; ".join(notes)
