@@ -19,6 +19,7 @@ from energymargin.base.checks import check_type, whole_number
 from energymargin.base.interrupts import raise_if_interrupted, remembered_interrupts
 from energymargin.base.metrics import TIMED
 from energymargin.base.replacing import replaced
+from energymargin.evaluation import curves
 from energymargin.look.plots.companions import figure_grasp, plot_grasps
 from energymargin.look.report import pictures
 from energymargin.look.report.subject import Subject, notices, read_subject, view_command
@@ -106,7 +107,13 @@ def write(
     chosen = Options() if options is None else options
     check_type("options", chosen, Options, "a report.Options")
     output = Path(output)
-    _check_place(output, {"scores": scores, "data": data})
+    check_suffix(output)
+    for name, path in {"scores": scores, "data": data}.items():
+        if path is not None and output.resolve() == Path(path).resolve():
+            raise ValueError(
+                f"output is {str(output)!r}, which is the file of {name}, {str(path)!r}: "
+                "expected another place for the page"
+            )
     with remembered_interrupts(), replaced(output) as file:
 
         def tell(what: str, share: float) -> None:
@@ -134,8 +141,8 @@ def _page(subject: Subject, options: Options, output: Path, tell: Progress) -> d
 
         asked |= {"among": among, "frames": horizons, "progress": counted}
         results.append(em.evaluation.evaluate(scores, **asked))
-    every = em.evaluation.curves.wrongness(labelled, frames, options.last)
-    wrong = em.evaluation.curves.by_trajectory(every, len(subject.members))
+    every = curves.wrongness(labelled, frames, options.last)
+    wrong = curves.by_trajectory(every, len(subject.members))
     mistakes, lacking = pictures.worst(
         *(subject, every),
         each=options.pictures,
@@ -149,7 +156,7 @@ def _page(subject: Subject, options: Options, output: Path, tell: Progress) -> d
         "labels": em.summary.summary(labelled).notes[0],
         "algorithm": subject.run.algorithm,
         "enough": ENOUGH,
-        "target": em.evaluation.curves.target_name(frames=frames),
+        "target": curves.target_name(frames=frames),
         "tables": list(tables(results)),
         "along": pictures.along(subject, wrong, options.trajectories),
         "endless": any(np.isposinf(values).any() for values in labelled.scores.values()),
@@ -166,17 +173,6 @@ def check_suffix(output: Path) -> None:
     """Raises ValueError on the name of another file than a page."""
     if output.suffix not in SUFFIXES:
         raise ValueError(f"output is {str(output)!r}, expected a name with {' or '.join(SUFFIXES)}")
-
-
-def _check_place(output: Path, read: Mapping[str, str | os.PathLike[str] | None]) -> None:
-    """Checks the output before anything is computed; it must not replace the files in `read`."""
-    check_suffix(output)
-    for name, path in read.items():
-        if path is not None and output.resolve() == Path(path).resolve():
-            raise ValueError(
-                f"output is {str(output)!r}, which is the file of {name}, {str(path)!r}: "
-                "expected another place for the page"
-            )
 
 
 def tables(results: Iterable[em.evaluation.Evaluation]) -> Iterator[em.summary.Summary]:

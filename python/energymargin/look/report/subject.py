@@ -157,31 +157,21 @@ class Notice(NamedTuple):
 
 def notices(subject: Subject, output: Path) -> list[Notice]:
     """All that is missing, for the top of the page, which will be at `output`."""
-    return [
-        *_unscored(subject),
-        *_unasked(subject),
-        *_no_dataset(subject, output),
-        *_other_algorithm(subject),
-    ]
+    return [*_about_scores(subject), *_about_files(subject, output)]
 
 
-def _unscored(subject: Subject) -> Iterator[Notice]:
-    missing = {m: int(np.isnan(values).sum()) for m, values in subject.labelled.scores.items()}
-    lacking = np.any([np.isnan(values) for values in subject.labelled.scores.values()], axis=0)
-    if not lacking.any():
-        return
-    text = f"{lacking.sum()} of {len(lacking)} states are not scored yet"
-    if len(set(missing.values())) > 1:
-        by_metric = ", ".join(f"{count} lack {metric}" for metric, count in missing.items())
-        text += f", or not in full: {by_metric}"
-    yield Notice(
-        f"{text}. This command scores them, and of those that cannot be simulated it says why:",
-        _command(subject, subject.metrics),
-    )
-
-
-def _unasked(subject: Subject) -> Iterator[Notice]:
-    """Metrics that the run was not asked for."""
+def _about_scores(subject: Subject) -> Iterator[Notice]:
+    """States that lack a score, and metrics that the run was not asked for."""
+    lacks = {metric: np.isnan(values) for metric, values in subject.labelled.scores.items()}
+    missing = {metric: int(own.sum()) for metric, own in lacks.items()}
+    if any(missing.values()):
+        lacking = np.any([*lacks.values()], axis=0)
+        text = f"{lacking.sum()} of {len(lacking)} states are not scored yet"
+        if len(set(missing.values())) > 1:
+            by_metric = ", ".join(f"{count} lack {metric}" for metric, count in missing.items())
+            text += f", or not in full: {by_metric}"
+        text += ". This command scores them, and of those that cannot be simulated it says why:"
+        yield Notice(text, _command(subject, subject.metrics))
     asked = USUAL if subject.run.future else [m for m in METRICS if m not in TIMED]
     there = [m for m in asked if subject.several or not m.endswith(ANY)]
     unasked = [metric for metric in there if metric not in subject.metrics]
@@ -193,7 +183,8 @@ def _unasked(subject: Subject) -> Iterator[Notice]:
         )
 
 
-def _no_dataset(subject: Subject, output: Path) -> Iterator[Notice]:
+def _about_files(subject: Subject, output: Path) -> Iterator[Notice]:
+    """A dataset that is not there, and scores of another version."""
     if subject.dataset is None:
         words = ["energymargin", "report", str(subject.path), "--data", "DATASET.h5"]
         if subject.runs > 1:
@@ -205,9 +196,6 @@ def _no_dataset(subject: Subject, output: Path) -> Iterator[Notice]:
             f"{subject.lacking}. With it:",
             shlex.join(words),
         )
-
-
-def _other_algorithm(subject: Subject) -> Iterator[Notice]:
     if not subject.run.up_to_date:
         yield Notice(
             f"The scores are of algorithm {subject.run.algorithm}, and this energymargin has "
@@ -219,25 +207,22 @@ def _other_algorithm(subject: Subject) -> Iterator[Notice]:
 def _command(subject: Subject, metrics: Sequence[str] | None) -> str | None:
     """That scores the run's dataset with its settings; None if they are not of that command."""
     known = {own.name: own for own in fields(em.searches.SearchSettings)}
-    if not set(subject.run.settings) <= set(known):
-        return None
     future = subject.run.future
-    if future is not None and future != em.datasets.Future(future.frames, future.plan):
+    usual = future is None or future == em.datasets.Future(future.frames, future.plan)
+    if not (usual and set(subject.run.settings) <= set(known)):
         return None
     dataset = str(subject.data_path or "DATASET.h5")
     words = ["energymargin", "score", dataset, "-o", str(subject.path)]
-    if metrics is None and future is None:
-        words.append("--paper")
-    elif metrics is not None:
+    if metrics is not None:
         words += ["--metrics", ",".join(metrics)]
+    elif future is None:
+        words.append("--paper")
     if future is not None:
         words += ["--frames", str(future.frames), "--plan", future.plan or "none"]
     for name, value in subject.run.settings.items():
-        if value is True:
-            words.append(flag_of(known[name]))
-        elif value != known[name].default:
-            words += [flag_of(known[name]), str(value)]
-    if subject.run.sampling is not None:
-        words += ["--belief", subject.run.sampling.uncertainty.to_json()]
-        words += ["--particles", str(subject.run.sampling.particles)]
+        if value != known[name].default:
+            words += [flag_of(known[name]), *([] if value is True else [str(value)])]
+    if (sampling := subject.run.sampling) is not None:
+        words += ["--belief", sampling.uncertainty.to_json()]
+        words += ["--particles", str(sampling.particles)]
     return shlex.join(words)

@@ -117,11 +117,10 @@ def _interval(values: Floats, trials: int) -> Interval | None:
 
 def central(values: Floats) -> Interval | None:
     """Between what the middle 95 % of the values lie that are not NaN; None if there are none."""
-    there = values[~np.isnan(values)]
-    if len(there) == 0:
+    if np.isnan(values).all():
         return None
     tail = (1 - CONFIDENCE) / 2
-    low, high = np.quantile(there, [tail, 1 - tail])
+    low, high = np.nanquantile(values, [tail, 1 - tail])
     return float(low), float(high)
 
 

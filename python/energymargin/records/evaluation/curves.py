@@ -126,7 +126,7 @@ def roc(
     """
     from sklearn.metrics import roc_curve
 
-    compared = _compared(labelled, metric, target, frames, last, among=among)
+    compared = _compared(labelled, metric, _Asked(target, frames, last, among))
     scores, labels, *_ = compared
     false, true, rank = roc_curve(labels, ranked(scores))
     auc, _ = auc_ap(scores, labels)
@@ -146,7 +146,7 @@ def precision_recall(
     """Precision over recall of a metric; arguments and errors as of `roc`."""
     from sklearn.metrics import precision_recall_curve
 
-    compared = _compared(labelled, metric, target, frames, last, among=among)
+    compared = _compared(labelled, metric, _Asked(target, frames, last, among))
     scores, labels, *_ = compared
     precision, recall, rank = precision_recall_curve(labels, ranked(scores))
     first = int(np.flatnonzero(recall == 1.0)[-1])  # below that threshold precision alone is lost
@@ -172,22 +172,30 @@ def target_name(
     return f"captured over the next {frames} frame{'s' * (frames != 1)}" if frames else "captured"
 
 
-def _compared(
-    labelled: pairing.LabelledScores,
-    metric: str,
-    target: Target,
-    frames: int,
-    last: int,
-    *,
-    among: pairing.Among,
-) -> pairing.Compared:
+class _Asked(NamedTuple):
+    """What scores are compared with, as of `roc`."""
+
+    target: Target
+    frames: int
+    last: int
+    among: pairing.Among = "all"
+
+    def compared(self, labelled: pairing.LabelledScores, metric: str) -> pairing.Compared:
+        """The scores and labels."""
+        if self.target == CAPTURED:
+            return pairing.compared_states(labelled, metric, self.frames, among=self.among)
+        return pairing.compared_trajectories(labelled, metric, self.last)
+
+
+def _compared(labelled: pairing.LabelledScores, metric: str, asked: _Asked) -> pairing.Compared:
     """The scores and labels; raises OneLabelError unless there are labels of both kinds."""
+    target, frames, last, _ = asked
     one_of("target", target, TARGETS)
     whole_number("frames", frames, 0)
     whole_number("last", last, 1)
     if not len(labelled.trajectory):
         raise OneLabelError("there are no states", "no states")
-    compared = _against(labelled, metric, target, frames, last, among=among)
+    compared = asked.compared(labelled, metric)
     what = "states" if target == CAPTURED else "trajectories"
     if not len(compared.labels):
         raise OneLabelError(f"none of the {what} has a score of {metric!r}", "no scores yet")
@@ -199,20 +207,6 @@ def _compared(
             f"label {target_name(target, frames, last)!r}: expected both labels"
         )
     return compared
-
-
-def _against(
-    labelled: pairing.LabelledScores,
-    metric: str,
-    target: Target,
-    frames: int,
-    last: int,
-    *,
-    among: pairing.Among,
-) -> pairing.Compared:
-    if target == CAPTURED:
-        return pairing.compared_states(labelled, metric, frames, among=among)
-    return pairing.compared_trajectories(labelled, metric, last)
 
 
 def _thresholds(compared: pairing.Compared, ranks: Floats) -> Floats:
@@ -269,7 +263,7 @@ def wrongness(labelled: pairing.LabelledScores, frames: int, last: int) -> list[
     found = []
     for target in TARGETS:
         for metric in metrics_against(labelled, target):
-            compared = _against(labelled, metric, target, frames, last, among="all")
+            compared = _Asked(target, frames, last).compared(labelled, metric)
             wrong = ranks(compared.scores, compared.labels)
             found.append(Wrongness(metric, target, compared, wrong))
     return found

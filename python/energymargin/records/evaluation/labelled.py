@@ -55,9 +55,8 @@ class LabelledScores(Record, Summarized):
     def __post_init__(self) -> None:
         """Checks the lengths and the order."""
         states = len(self.trajectory)
-        names = ("captured", "success", "captured_any", "success_any")
-        labels = {name: getattr(self, name) for name in names}
-        for name, values in {**labels, **self.scores}.items():
+        labels = ("captured", "success", "captured_any", "success_any")
+        for name, values in {**{n: getattr(self, n) for n in labels}, **self.scores}.items():
             if values is not None and np.shape(values) != (states,):
                 raise ValueError(
                     f"{name} has shape {np.shape(values)}, expected ({states},): one a state"
@@ -84,8 +83,8 @@ class LabelledScores(Record, Summarized):
 
     def by_trajectory(self) -> list[Ints]:
         """The states' numbers, one array a trajectory."""
-        starts = np.flatnonzero(np.diff(self.trajectory)) + 1
-        return np.split(np.arange(len(self.trajectory)), starts)
+        ends = np.flatnonzero(np.diff(self.trajectory)) + 1
+        return np.split(np.arange(len(self.trajectory)), ends)
 
 
 class Compared(NamedTuple):
@@ -198,13 +197,8 @@ def count_states(
     short = ~lost & (left < frames) & (not clipped)
     scored = ~np.all([np.isnan(labelled.scores[m]) for m in labelled.scores], axis=0)
     there = ~lost & ~short
-    return Counts(
-        counted=int((there & scored).sum()),
-        positives=int((there & scored & labels).sum()),
-        lost=int(lost.sum()),
-        short=int(short.sum()),
-        unscored=int((there & ~scored).sum()),
-    )
+    which = (there & scored, there & scored & labels, lost, short, there & ~scored)
+    return Counts(*(int(states.sum()) for states in which))
 
 
 def compared_trajectories(labelled: LabelledScores, metric: str, last: int) -> Compared:

@@ -56,11 +56,9 @@ def csv_fields(cell: Cell | None) -> list[float | str]:
     """Its columns of a CSV file, from count to ap_high; empty without a cell."""
     if cell is None:
         return [""] * len(CELL_COLUMNS)
-    return [
-        *(cell.count, cell.positives),
-        *(cell.auc, *(cell.auc_interval or ("", ""))),
-        *(cell.ap, *(cell.ap_interval or ("", ""))),
-    ]
+    none = ("", "")
+    areas = (cell.auc, *(cell.auc_interval or none), cell.ap, *(cell.ap_interval or none))
+    return [cell.count, cell.positives, *areas]
 
 
 def _span(interval: tuple[float, float] | None) -> str:
@@ -165,11 +163,9 @@ class Evaluation(Record, Summarized):
     def caption(self) -> str:
         """What the numbers are, and what is left out."""
         which = "States" if self.among == "all" else "States that are captured now"
-        whole = (
-            "a horizon ends with its trajectory (clipped)"
-            if self.clipped
-            else "those with as many frames left"
-        )
+        whole = "those with as many frames left"
+        if self.clipped:
+            whole = "a horizon ends with its trajectory (clipped)"
         sentences = [
             f"{self.task}: AUC/AP of each score, with their 95 % intervals below.",
             "" if self.asks is None else f"Asked: {self.asks}.",
@@ -253,10 +249,7 @@ def evaluate(
         asks=labelled.asks,
         among=among,
         clipped=clipped,
-        counts={
-            horizon: pairing.count_states(labelled, horizon, among=among, clipped=clipped)
-            for horizon in frames
-        },
+        counts={h: pairing.count_states(labelled, h, among=among, clipped=clipped) for h in frames},
     )
 
 
