@@ -12,7 +12,7 @@ from cyclopts import Parameter
 from rich.markup import escape
 
 import energymargin as em
-from energymargin.base.arrays import Floats
+from energymargin.base.aliases import Floats
 from energymargin.base.bars import bar
 from energymargin.base.interrupts import on_interrupt
 from energymargin.base.plausibility import kept_warnings

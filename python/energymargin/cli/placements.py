@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 
 import energymargin as em
-from energymargin.base.arrays import Floats
+from energymargin.base.aliases import Floats
 from energymargin.base.bars import bar
 from energymargin.base.checks import whole_number
 from energymargin.cli.grasp_words import OF_OBJECT, Thing, arguments_as_options, chosen_hand

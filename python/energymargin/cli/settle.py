@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 import energymargin as em
-from energymargin.base.arrays import Floats
+from energymargin.base.aliases import Floats
 from energymargin.base.bars import bar
 from energymargin.cli.options import Outputs, panel
 from energymargin.cli.places import require_complete, require_outputs, show_table

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from energymargin.base.arrays import Floats, Mask
+from energymargin.base.aliases import Floats, Mask
 from energymargin.base.checks import open_share
 from energymargin.base.metrics import TIMED
 from energymargin.base.reprs import Record

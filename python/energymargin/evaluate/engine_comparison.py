@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, CaptureProbability, Problem, World
-from energymargin.base.arrays import Floats
+from energymargin.base.aliases import Floats
 from energymargin.base.checks import shown
 from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from energymargin._core import Cancel, Plan, Problem, World, capture_probability
-from energymargin.base.arrays import Floats
+from energymargin.base.aliases import Floats
 from energymargin.disturbances import Uniform
 from energymargin.evaluate.searches import SearchSettings
 

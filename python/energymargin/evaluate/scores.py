@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any, Literal
 
 import energymargin._core as core
-from energymargin.base.arrays import Floats
+from energymargin.base.aliases import Floats
 from energymargin.base.checks import core_count
 from energymargin.base.doors import check_doors
 from energymargin.disturbances import Disturbance, Uniform

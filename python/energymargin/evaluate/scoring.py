@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from energymargin._core import Cancel, Problem, warn_of_steps
-from energymargin.base.arrays import Floats, Ints
+from energymargin.base.aliases import Floats, Ints
 from energymargin.base.checks import shown, whole_number
 from energymargin.base.errors import EnergyMarginError, ExecutorError
 from energymargin.base.limits import Limit

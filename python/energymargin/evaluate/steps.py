@@ -10,7 +10,7 @@ from statistics import NormalDist
 import numpy as np
 
 from energymargin._core import Cancel, CaptureProbability, Problem
-from energymargin.base.arrays import Floats, Ints
+from energymargin.base.aliases import Floats, Ints
 from energymargin.base.checks import function_or_none, share, whole_number
 from energymargin.base.errors import DivergedError
 from energymargin.base.limits import Limit

@@ -14,7 +14,7 @@ from scipy.spatial import ConvexHull as Hull, QhullError
 from scipy.spatial.transform import Rotation
 
 from energymargin._core import Plane, Scene
-from energymargin.base.arrays import Floats
+from energymargin.base.aliases import Floats
 from energymargin.model.scenes import body_poses, shape_parts
 
 AXES = ("x", "y", "z")

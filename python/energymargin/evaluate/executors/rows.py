@@ -9,7 +9,7 @@ from itertools import groupby
 from typing import Any
 
 from energymargin._core import Cancel, Problem, ScoreRow, ScoreRun
-from energymargin.base.arrays import Floats
+from energymargin.base.aliases import Floats
 from energymargin.base.metrics import KINDS, METRICS, metric_kind
 from energymargin.base.reprs import Record
 from energymargin.evaluate.divergence import MOST

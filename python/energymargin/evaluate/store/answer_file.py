@@ -11,6 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+from energymargin.base.aliases import AnyPath
 from energymargin.base.closing import Closing
 from energymargin.base.locks import Lock
 from energymargin.evaluate.searches import algorithm
@@ -29,7 +30,7 @@ class AnswerFile(Closing):
     doing = "scoring into"
     """What the one that has it open with `create` does, as another one is told."""
 
-    def __init__(self, path: str | os.PathLike[str], *, create: bool = False) -> None:
+    def __init__(self, path: AnyPath, *, create: bool = False) -> None:
         """Opens a file; with `create` to put scores in, and makes it if there is none.
 
         Raises FileNotFoundError if there is

@@ -14,7 +14,7 @@ from energymargin.act.candidates import Standing
 from energymargin.act.improvement import Improvement
 from energymargin.act.profile import EFFORT, MarginProfile
 from energymargin.act.ranking import Ranking
-from energymargin.base.arrays import Floats
+from energymargin.base.aliases import Floats
 from energymargin.base.metrics import KINDS, axis_label, is_likelihood, value_text, with_unit
 from energymargin.look.plots import styles
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from scipy.spatial.transform import Rotation
 
 from energymargin._core import Scene
-from energymargin.base.arrays import Floats
+from energymargin.base.aliases import Floats
 from energymargin.base.checks import whole_number
 from energymargin.grasps.outcomes import NO_GRIP, Closed
 from energymargin.grasps.scores import GraspScores, grasp_of

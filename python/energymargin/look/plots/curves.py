@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 from matplotlib.ticker import MaxNLocator
 
-from energymargin.base.arrays import Floats
+from energymargin.base.aliases import Floats
 from energymargin.base.metrics import ANY, axis_label, is_likelihood
 from energymargin.base.table_text import short
 from energymargin.look.plots import styles

@@ -12,7 +12,7 @@ from matplotlib.patches import Polygon
 from scipy.ndimage import gaussian_filter
 
 from energymargin._core import Plane, Problem, Scene
-from energymargin.base.arrays import Floats, Mask
+from energymargin.base.aliases import Floats, Mask
 from energymargin.evaluate.futures import Undisturbed
 from energymargin.look import outlines
 from energymargin.look.plots.styles import BODY_COLORS, LOST_COLOR

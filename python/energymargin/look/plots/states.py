@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 
 from energymargin._core import CaptureScore, EscapeEffort, Plane, Problem, Scene
 from energymargin.base import checks
-from energymargin.base.arrays import Floats
+from energymargin.base.aliases import Floats
 from energymargin.base.table_text import counted
 from energymargin.look import outlines
 from energymargin.look.plots import styles, trees

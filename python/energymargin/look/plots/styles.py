@@ -18,7 +18,7 @@ from matplotlib.axis import XAxis, YAxis
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
-from energymargin.base.arrays import Floats, Mask
+from energymargin.base.aliases import Floats, Mask
 from energymargin.base.checks import check_type, yes_or_no
 from energymargin.base.metrics import ANY, TIMED
 

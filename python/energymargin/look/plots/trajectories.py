@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from energymargin.base.arrays import Floats, Mask
+from energymargin.base.aliases import AnyPath, Floats, Mask
 from energymargin.base.checks import check_shape, check_type, numbers_of, one_of
 from energymargin.base.metrics import ANY, KINDS, is_likelihood, metric_kind, of_kind
 from energymargin.look.plots import styles
@@ -21,7 +21,7 @@ from energymargin.records.store import Run, ScoreStore
 BAND = (0.1, 0.9)  # quantiles of the particles of a belief
 MARKED = 80  # frames; the line of a longer trajectory has no marks
 
-Scores = LabelledScores | Run | ScoreStore | str | os.PathLike[str]
+Scores = LabelledScores | Run | ScoreStore | AnyPath
 """Scores with their labels: in memory, of a run, or of a file, by its path too, whose run is that
 of `ScoreStore.run`."""
 

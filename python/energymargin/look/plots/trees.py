@@ -15,7 +15,7 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 
 from energymargin._core import CaptureScore, EscapeEffort, Problem, Tree
-from energymargin.base.arrays import Floats, Mask
+from energymargin.base.aliases import Floats, Mask
 from energymargin.base.table_text import counted
 from energymargin.look.outlines import Limits, Plan, object_centers
 from energymargin.look.plots.scenes import draw_lost, lost_objects, sets_of

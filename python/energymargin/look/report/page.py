@@ -3,7 +3,6 @@ grasps, with pictures of the best, the most doubtful, and the worst."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from importlib.metadata import version
@@ -15,6 +14,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
 
 import energymargin as em
+from energymargin.base.aliases import AnyPath
 from energymargin.base.checks import check_type, whole_number
 from energymargin.base.interrupts import raise_if_interrupted, remembered_interrupts
 from energymargin.base.metrics import TIMED
@@ -74,12 +74,12 @@ class Options:
 
 
 def write(
-    scores: str | os.PathLike[str],
-    output: str | os.PathLike[str],
+    scores: AnyPath,
+    output: AnyPath,
     *,
     run: int | None = None,
     options: Options | None = None,
-    data: str | os.PathLike[str] | None = None,
+    data: AnyPath | None = None,
     progress: Progress | None = None,
 ) -> list[str]:
     """Writes a report of a file of scores: one HTML file that needs no network.
@@ -201,7 +201,7 @@ def rendered(name: str, page: Mapping[str, Any]) -> str:
 
 def write_grasps(
     scores: em.grasps.GraspScores,
-    output: str | os.PathLike[str],
+    output: AnyPath,
     *,
     title: str = "Grasps",
     progress: Progress | None = None,

@@ -21,7 +21,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import energymargin as em
-from energymargin.base.arrays import Floats, Ints
+from energymargin.base.aliases import Floats, Ints
 from energymargin.base.metrics import with_unit
 from energymargin.base.table_text import sentence
 from energymargin.evaluation import curves

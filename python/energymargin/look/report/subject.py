@@ -3,7 +3,6 @@ command that adds it."""
 
 from __future__ import annotations
 
-import os
 import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
@@ -14,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import energymargin as em
-from energymargin.base.arrays import Floats, Ints
+from energymargin.base.aliases import AnyPath, Floats, Ints
 from energymargin.base.closing import Closing
 from energymargin.base.metrics import ANY, METRICS, TIMED, USUAL
 from energymargin.base.reprs import Record
@@ -92,9 +91,7 @@ class Subject(Record, Closing):
         return self.labelled.captured_any is not None or self.labelled.success_any is not None
 
 
-def read_subject(
-    path: str | os.PathLike[str], number: int | None, data: str | os.PathLike[str] | None = None
-) -> Subject:
+def read_subject(path: AnyPath, number: int | None, data: AnyPath | None = None) -> Subject:
     """A run of a file of scores, as of `ScoreStore.run`, with its dataset: that at `data`, or else
     the one beside the file of scores.
 
@@ -120,7 +117,7 @@ def read_subject(
         )
 
 
-def _opened(run: em.store.Run, path: Path, data: str | os.PathLike[str] | None) -> dict[str, Any]:
+def _opened(run: em.store.Run, path: Path, data: AnyPath | None) -> dict[str, Any]:
     """The fields of the dataset."""
     place = Path(data or path.with_name(f"{path.stem.removesuffix(SUFFIX)}.h5"))
     if data is None and not place.exists():

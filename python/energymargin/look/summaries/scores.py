@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import energymargin as em
-from energymargin.base.arrays import Floats
+from energymargin.base.aliases import Floats
 from energymargin.base.metrics import ANY, TIMED, unit, value_text
 from energymargin.base.summary import MOST_ROWS, Summary
 from energymargin.base.table_text import DASH

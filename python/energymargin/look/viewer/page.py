@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from PIL import Image
 
+from energymargin.base.aliases import AnyPath
 from energymargin.base.errors import needs_extra
 from energymargin.base.replacing import replace_bytes, replace_text
 from energymargin.look.viewer.search import Scored
@@ -69,7 +70,7 @@ class Page:
         """The page, as text."""
         self.html = re.sub("%(title|data|three)%", lambda hole: parts[hole[1]], self.html)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
+    def save(self, path: AnyPath) -> None:
         """Writes the page; what is there is replaced.
 
         Raises ValueError on a name without .html or .htm, OSError if it cannot be written.
@@ -80,7 +81,7 @@ class Page:
             raise ValueError(f"path is {str(path)!r}, expected a name with {expected}")
         replace_text(path, self.html)
 
-    def draw(self, path: str | os.PathLike[str], size: tuple[int, int]) -> None:
+    def draw(self, path: AnyPath, size: tuple[int, int]) -> None:
         """Draws the page of so many pixels: a picture (.png), or what it plays first, over and over
         (.gif).
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import energymargin as em
-from energymargin.base.arrays import Floats, Mask
+from energymargin.base.aliases import Floats, Mask
 from energymargin.base.metrics import is_likelihood
 from energymargin.look.plots.scenes import lost_objects
 from energymargin.look.plots.trees import most_cost

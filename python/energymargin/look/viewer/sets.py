@@ -10,7 +10,7 @@ from fast_simplification import simplify
 from skimage.measure import marching_cubes
 
 import energymargin as em
-from energymargin.base.arrays import Floats, Ints, Mask
+from energymargin.base.aliases import Floats, Ints, Mask
 from energymargin.look.outlines import AXES, object_centers, seen_corners
 from energymargin.look.plots.scenes import inside_at
 

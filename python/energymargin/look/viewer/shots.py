@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull
 
 import energymargin as em
-from energymargin.base.arrays import Floats, Ints, Mask
+from energymargin.base.aliases import Floats, Ints, Mask
 from energymargin.look.outlines import object_centers
 from energymargin.look.plots import styles
 from energymargin.look.plots.scenes import leaving_objects, sets_of

@@ -13,7 +13,7 @@ import numpy as np
 
 import energymargin as em
 from energymargin import MarginProfile, Problem, datasets
-from energymargin.base.arrays import Floats, Mask
+from energymargin.base.aliases import AnyPath, Floats, Mask
 from energymargin.base.checks import check_type
 from energymargin.base.reprs import Record
 
@@ -100,7 +100,7 @@ class StateSource(Record):
 
 
 def source_of(
-    what: Problem | em.datasets.Dataset | MarginProfile | str | os.PathLike[str],
+    what: Problem | em.datasets.Dataset | MarginProfile | AnyPath,
     parameters: Mapping[str, Any] | None = None,
     *,
     trajectories: int = 6,
@@ -199,10 +199,7 @@ def profile_scores(profile: MarginProfile) -> FrameScores:
 
 
 def stored_scores(
-    path: str | os.PathLike[str],
-    dataset: em.datasets.Dataset,
-    run: int | None = None,
-    name: str = "DATASET",
+    path: AnyPath, dataset: em.datasets.Dataset, run: int | None = None, name: str = "DATASET"
 ) -> FrameScores:
     """The scores of a dataset's states in a file. `name` is the dataset's, in errors.
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 import energymargin as em
+from energymargin.base.aliases import AnyPath
 from energymargin.base.checks import whole_number
 from energymargin.base.plausibility import kept_warnings
 from energymargin.look.viewer import sources, texts
@@ -36,7 +37,7 @@ def view(
     nodes: int | None = None,
     seed: int | None = None,
     future: em.datasets.Future | None = None,
-    scores: str | os.PathLike[str] | None = None,
+    scores: AnyPath | None = None,
     run: int | None = None,
     progress: Callable[[int, int], None] | None = None,
     scoring: ShareProgress | None = None,
@@ -148,9 +149,7 @@ def _shot(
     return shot.content | {"words": "".join(words)}
 
 
-def _stored(
-    source: sources.StateSource, scores: str | os.PathLike[str], run: int | None
-) -> sources.FrameScores:
+def _stored(source: sources.StateSource, scores: AnyPath, run: int | None) -> sources.FrameScores:
     """The scores of a file; ValueError if the source is no dataset, or not theirs."""
     if not isinstance(source.what, em.datasets.Dataset):
         kind = "a MarginProfile" if isinstance(source.what, em.MarginProfile) else "a problem"

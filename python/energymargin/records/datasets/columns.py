@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Contact
-from energymargin.base.arrays import Ints
+from energymargin.base.aliases import Ints
 from energymargin.base.checks import check_type, whole_number
 from energymargin.base.reprs import Record
 from energymargin.tasks.trajectories import Trajectory

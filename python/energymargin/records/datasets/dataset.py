@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -21,7 +20,7 @@ from numpy.typing import NDArray
 
 from energymargin import tasks
 from energymargin._core import Problem
-from energymargin.base.arrays import Floats, Ints, Mask
+from energymargin.base.aliases import AnyPath, Floats, Ints, Mask
 from energymargin.base.checks import check_type, shown, whole_number
 from energymargin.base.closing import Closing
 from energymargin.base.errors import EnergyMarginError
@@ -179,7 +178,7 @@ class Dataset(Closing, Summarized):
         """SHA-256 of all that can change a score or a label, whatever the file."""
         return _digest(self.task, self.parameters, self._blocks())
 
-    def save(self, path: str | os.PathLike[str]) -> None:
+    def save(self, path: AnyPath) -> None:
         """Writes the file in one go: it is there whole, or as it was.
 
         The same dataset makes the same bytes. Raises OSError if it cannot be written.
@@ -258,7 +257,7 @@ class Dataset(Closing, Summarized):
             raise StateError(f"trajectory {t}, frame {k}: {error}") from error
 
 
-def load(path: str | os.PathLike[str]) -> Dataset:
+def load(path: AnyPath) -> Dataset:
     """The dataset in a file, all of it in memory.
 
     Raises FileNotFoundError if there is none, and ValueError if it is not an HDF5 file, or a
@@ -268,7 +267,7 @@ def load(path: str | os.PathLike[str]) -> Dataset:
         return Dataset(dataset.task, dataset.parameters, dataset.seed, list(dataset.trajectories))
 
 
-def open(path: str | os.PathLike[str]) -> Dataset:
+def open(path: AnyPath) -> Dataset:
     """The dataset in a file, whose trajectories are read in blocks when they are asked for.
 
     Memory stays flat however many there are. Close it, or use it in a `with` statement. Raises: as

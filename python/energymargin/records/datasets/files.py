@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.base import hdf5
-from energymargin.base.arrays import Ints
+from energymargin.base.aliases import Ints
 from energymargin.base.errors import EnergyMarginError
 from energymargin.base.replacing import replaced
 from energymargin.records.datasets import columns

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import io
 import json
-import os
 import zipfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -28,6 +27,7 @@ import numpy as np
 
 from energymargin import tasks
 from energymargin._core import Cancel, Cancelled
+from energymargin.base.aliases import AnyPath
 from energymargin.base.checks import core_count, whole_number
 from energymargin.base.limits import Limit
 from energymargin.evaluate.asking import Pairs, ask
@@ -51,7 +51,7 @@ SHARDS, REQUEST = b"shards", b"request"  # what the store has
 def generate(
     task: str | Task,
     *,
-    path: str | os.PathLike[str] | None = None,
+    path: AnyPath | None = None,
     trajectories: int = 50,
     frames: int = 10,
     seed: int = 0,

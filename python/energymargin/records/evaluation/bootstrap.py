@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.base.arrays import Floats, Ints, Mask
+from energymargin.base.aliases import Floats, Ints, Mask
 
 __all__ = ["auc_ap", "auc_ap_draws", "bootstrap_weights", "central", "intervals", "ranked"]
 

@@ -17,7 +17,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from energymargin.base.arrays import Floats, Mask
+from energymargin.base.aliases import Floats, Mask
 from energymargin.base.checks import one_of, whole_number
 from energymargin.base.errors import EnergyMarginError
 from energymargin.base.reprs import Record

@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from energymargin.base.arrays import Floats, Ints, Mask
+from energymargin.base.aliases import Floats, Ints, Mask
 from energymargin.base.checks import one_of, whole_number
 from energymargin.base.metrics import ANY, TIMED
 from energymargin.base.reprs import Record

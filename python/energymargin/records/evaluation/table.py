@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from energymargin.base.arrays import Ints
+from energymargin.base.aliases import Ints
 from energymargin.base.checks import seed_number, whole_number
 from energymargin.base.metrics import ANY
 from energymargin.base.reprs import Record

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from energymargin.base.arrays import Floats, Mask
+from energymargin.base.aliases import AnyPath, Floats, Mask
 from energymargin.base.checks import check_type
 from energymargin.base.errors import needs_extra
 from energymargin.base.plausibility import warn
@@ -58,7 +58,7 @@ header [ns], 0 if that has none, and the frames of the pose and of the body."""
 
 
 def read_bag(
-    path: str | os.PathLike[str],
+    path: AnyPath,
     *,
     object: str | None = None,
     effector: str | None = None,
@@ -99,7 +99,7 @@ def read_bag(
     return cleaned(_table(source, wanted, flat, checked), source, checked)
 
 
-def bag_topics(path: str | os.PathLike[str]) -> dict[str, str]:
+def bag_topics(path: AnyPath) -> dict[str, str]:
     """The topics of a bag with their types, those with poses first. Errors as `read_bag`."""
     with _reader(FileSource(Path(path))) as reader:
         found = {connection.topic: connection.msgtype for connection in reader.connections}

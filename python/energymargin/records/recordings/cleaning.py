@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
 
-from energymargin.base.arrays import Floats, Ints, Mask
+from energymargin.base.aliases import Floats, Ints, Mask
 from energymargin.base.checks import numbers_of, positive_number, yes_or_no
 from energymargin.records.recordings import poses as se3, smoothing
 from energymargin.records.recordings.recording import Motion, Recording, Repairs

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from energymargin.base.arrays import Floats
+from energymargin.base.aliases import AnyPath, Floats
 from energymargin.base.checks import one_of
 from energymargin.base.errors import needs_extra
 from energymargin.records.recordings.cleaning import LooseRules, Rules, cleaned, require_origin
@@ -106,7 +106,7 @@ class Columns:
         require_origin(self.origin)
 
     @classmethod
-    def of(cls, given: Columns | Mapping[str, Any] | str | os.PathLike[str] | None) -> Columns:
+    def of(cls, given: Columns | Mapping[str, Any] | AnyPath | None) -> Columns:
         """From a JSON file, or from its content; None is the documented layout.
 
         Raises ValueError that names the file, or FileNotFoundError.
@@ -179,8 +179,8 @@ class Columns:
 
 
 def read_csv(
-    path: str | os.PathLike[str],
-    columns: Columns | Mapping[str, Any] | str | os.PathLike[str] | None = None,
+    path: AnyPath,
+    columns: Columns | Mapping[str, Any] | AnyPath | None = None,
     **rules: Unpack[LooseRules],
 ) -> Recording:
     """The recording in a CSV file: a row a frame, with the poses of bodies in a plane or in space.
@@ -293,7 +293,7 @@ def _numbers(source: FileSource, name: str, cells: pd.Series[Any]) -> Floats:
     return values
 
 
-def read_labels(path: str | os.PathLike[str]) -> dict[str, bool]:
+def read_labels(path: AnyPath) -> dict[str, bool]:
     """Whether each recording succeeded, by its file's name.
 
     The file has the columns recording,success, where success is 1, true or yes, or 0, false or no.
@@ -302,7 +302,7 @@ def read_labels(path: str | os.PathLike[str]) -> dict[str, bool]:
     return {name: label for (name,), label in _labelled(path, ("recording", "success")).items()}
 
 
-def read_frame_labels(path: str | os.PathLike[str]) -> dict[str, dict[int, bool]]:
+def read_frame_labels(path: AnyPath) -> dict[str, dict[int, bool]]:
     """Whether the object was captured in each frame, by the file's name and the frame's number.
 
     The file has the columns recording,frame,captured. Raises as `read_labels`.
@@ -313,7 +313,7 @@ def read_frame_labels(path: str | os.PathLike[str]) -> dict[str, dict[int, bool]
     return labels
 
 
-def _labelled(path: str | os.PathLike[str], header: tuple[str, ...]) -> dict[tuple[str, ...], bool]:
+def _labelled(path: AnyPath, header: tuple[str, ...]) -> dict[tuple[str, ...], bool]:
     """The labels of a file with this header, by what comes before them in their rows."""
     source = FileSource(Path(path))
     (first, names), *rows = read_cells(source).items()

@@ -7,6 +7,8 @@ import os
 from pathlib import Path
 from typing import Literal
 
+from energymargin.base.aliases import AnyPath
+
 UNREAD = {
     "arrays of numpy": (".npy", ".npz"),
     "HDF5, as of robomimic": (".h5", ".hdf5"),
@@ -35,7 +37,7 @@ def require_recording(path: Path) -> None:
             raise ValueError(f"{path} is {what}, which is not read: {WAY}")
 
 
-def kind_of(path: str | os.PathLike[str]) -> Kind:
+def kind_of(path: AnyPath) -> Kind:
     """Who reads it: `read_lerobot` the folder of a LeRobot dataset, `read_bag` any other folder and
     what has a bag's suffix, `read_csv` the rest."""
     if (Path(path) / INFO).is_file():

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from energymargin.base.arrays import Floats
+from energymargin.base.aliases import AnyPath, Floats
 from energymargin.base.errors import needs_extra
 from energymargin.base.plausibility import warn
 from energymargin.records.recordings.cleaning import LooseRules, Rules, cleaned
@@ -42,8 +41,8 @@ Place = tuple[str, int, int]
 
 
 def read_lerobot(
-    path: str | os.PathLike[str],
-    columns: Columns | Mapping[str, Any] | str | os.PathLike[str] | None = None,
+    path: AnyPath,
+    columns: Columns | Mapping[str, Any] | AnyPath | None = None,
     **rules: Unpack[LooseRules],
 ) -> list[Recording]:
     """The episodes of a LeRobot dataset (version 3), in the order of their numbers: a recording
@@ -93,7 +92,7 @@ def _compare_rate(source: FileSource, folder: Path, times: Floats) -> None:
         warn([(str(source.path.parent), text)], text)
 
 
-def read_successes(path: str | os.PathLike[str]) -> dict[str, bool] | None:
+def read_successes(path: AnyPath) -> dict[str, bool] | None:
     """Whether each episode succeeded, by the name of its recording: whether `next.success` was ever
     true. None: the dataset does not have that. Errors as `read_lerobot`."""
     folder = Path(path)

@@ -11,7 +11,7 @@ from typing import Any, Protocol, cast
 import numpy as np
 
 from energymargin import Scene, World, tasks
-from energymargin.base.arrays import Floats, Mask
+from energymargin.base.aliases import Floats, Mask
 from energymargin.base.checks import positive_number
 from energymargin.base.reprs import Record
 from energymargin.datasets import Dataset

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from energymargin.base.arrays import Floats
+from energymargin.base.aliases import Floats
 
 
 def planar(poses: Floats) -> bool:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from energymargin.base.arrays import Floats, Ints
+from energymargin.base.aliases import Floats, Ints
 from energymargin.base.checks import whole_number
 from energymargin.base.reprs import Record
 from energymargin.beliefs import Uncertainty

@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from energymargin.base.arrays import Floats, Mask
+from energymargin.base.aliases import Floats, Mask
 from energymargin.records.recordings.poses import directions, positions
 
 if TYPE_CHECKING:

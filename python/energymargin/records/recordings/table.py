@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from energymargin.base.arrays import Floats, Ints, Mask
+from energymargin.base.aliases import Floats, Ints, Mask
 
 PLANAR = (("x", "y", "yaw"), ("vx", "vy", "yaw_rate"))
 SPATIAL = (("x", "y", "z", "qx", "qy", "qz", "qw"), ("vx", "vy", "vz", "wx", "wy", "wz"))

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.base.arrays import Floats
+from energymargin.base.aliases import AnyPath, Floats
 from energymargin.base.errors import needs_extra
 from energymargin.base.replacing import replaced
 from energymargin.records import datasets
@@ -52,7 +52,7 @@ Columns = dict[str, NDArray[np.float32]]
 """By name: a score of each frame of an episode, shape (K,)."""
 
 
-def load(path: str | os.PathLike[str], *, run: int | None = None) -> pd.DataFrame:
+def load(path: AnyPath, *, run: int | None = None) -> pd.DataFrame:
     """All scores of a store, or those of one run, with the states' labels and the settings.
 
     A row is a state of a run, so two runs give a state two rows: its `run`, `task`, `trajectory`,
@@ -68,9 +68,7 @@ def load(path: str | os.PathLike[str], *, run: int | None = None) -> pd.DataFram
         return _frame(*_states(_runs(store, run)))
 
 
-def export(
-    path: str | os.PathLike[str], output: str | os.PathLike[str], *, run: int | None = None
-) -> int:
+def export(path: AnyPath, output: AnyPath, *, run: int | None = None) -> int:
     """Writes the table of `load` into a .csv file, row by row, or a .parquet file; returns how many
     rows it has.
 
@@ -96,7 +94,7 @@ def export(
             return write(file, *_states(runs))
 
 
-def curves_path(output: str | os.PathLike[str]) -> Path:
+def curves_path(output: AnyPath) -> Path:
     """The file into which `export` writes the curves, if there are any."""
     output = Path(output)
     return output.with_name(f"{output.stem}-curves{output.suffix}")
@@ -206,12 +204,7 @@ def _widest(values: Sequence[Any]) -> type:
 
 
 def export_lerobot(
-    path: str | os.PathLike[str],
-    data: str | os.PathLike[str],
-    folder: str | os.PathLike[str],
-    output: str | os.PathLike[str],
-    *,
-    run: int | None = None,
+    path: AnyPath, data: AnyPath, folder: AnyPath, output: AnyPath, *, run: int | None = None
 ) -> list[str]:
     """Copies a LeRobot dataset, with the scores of its frames as features; returns their names.
 

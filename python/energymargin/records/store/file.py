@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from energymargin.base.arrays import Floats
+from energymargin.base.aliases import AnyPath, Floats
 from energymargin.base.checks import whole_number
 from energymargin.base.summary import Summarized
 from energymargin.evaluate.executors.rows import Row
@@ -145,11 +144,7 @@ def _json(settings: Mapping[str, Any]) -> str:
 
 
 def add_scores(
-    path: str | os.PathLike[str],
-    dataset: Dataset,
-    scores: Mapping[str, ArrayLike],
-    *,
-    settings: Mapping[str, Any],
+    path: AnyPath, dataset: Dataset, scores: Mapping[str, ArrayLike], *, settings: Mapping[str, Any]
 ) -> int:
     """Puts scores that were computed elsewhere into the store at `path`, which is made if there is
     none, as a run of their own; returns its number.

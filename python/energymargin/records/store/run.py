@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from energymargin.base.arrays import Floats
+from energymargin.base.aliases import Floats
 from energymargin.base.checks import whole_number
 from energymargin.base.metrics import METRICS, TIMED
 from energymargin.base.summary import Summarized

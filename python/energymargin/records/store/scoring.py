@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from functools import partial
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from energymargin._core import Cancel, Problem
+from energymargin.base.aliases import AnyPath
 from energymargin.base.limits import Limit
 from energymargin.base.metrics import CLOCKLESS, TIMED
 from energymargin.base.plausibility import warn
@@ -40,8 +40,8 @@ BLOCK = 16  # problems that are made at a time
 
 
 def score_dataset(
-    dataset: Dataset | str | os.PathLike[str],
-    path: str | os.PathLike[str],
+    dataset: Dataset | AnyPath,
+    path: AnyPath,
     metrics: Sequence[str] | None = None,
     *,
     settings: searches.SearchSettings | None = None,
