@@ -16,9 +16,8 @@ from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_figure
 from energymargin.cli.evaluate import print_evaluation
 from energymargin.cli.options import WHERE, Where, options_of
-from energymargin.cli.places import require_own_folder, write_plot
 from energymargin.cli.score import Scoring
-from energymargin.cli.terminal import out, say, share_bar
+from energymargin.cli.terminal import out, require_own_folder, say, share_bar, write_plot
 
 TASK = "push"
 FRAMES = 10

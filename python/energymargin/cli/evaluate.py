@@ -9,8 +9,7 @@ from typing import Any, Literal
 import energymargin as em
 from energymargin.base.replacing import replace_text
 from energymargin.cli.options import Outputs
-from energymargin.cli.places import require_outputs
-from energymargin.cli.terminal import out, share_bar
+from energymargin.cli.terminal import out, require_outputs, share_bar
 
 Labelled = em.evaluation.LabelledScores
 

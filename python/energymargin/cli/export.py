@@ -9,8 +9,7 @@ from rich.markup import escape
 
 import energymargin as em
 from energymargin.cli.options import Output, panel, require_beside
-from energymargin.cli.places import dataset_of, require_free
-from energymargin.cli.terminal import out, say
+from energymargin.cli.terminal import dataset_of, out, require_free, say
 
 WITH_DATA = panel("With the dataset")
 

@@ -13,8 +13,7 @@ import energymargin as em
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_figure
 from energymargin.cli import options
-from energymargin.cli.places import require_free
-from energymargin.cli.terminal import TIMED_OUT, say
+from energymargin.cli.terminal import TIMED_OUT, require_free, say
 
 
 def generate(

@@ -18,12 +18,12 @@ from energymargin.base.interrupts import on_interrupt
 from energymargin.base.plausibility import kept_warnings
 from energymargin.base.replacing import replace_text
 from energymargin.base.table_text import markdown_table
-from energymargin.cli import grasp_words as words, places
+from energymargin.cli import grasp_words as words, terminal
 from energymargin.cli.options import Outputs, Where, given, panel
 from energymargin.cli.terminal import TIMED_OUT, loading, out, say, share_bar, warn
 
 COARSE = 0.002  # m; parts that are farther from the mesh are felt by fingers
-SUFFIXES = (places.STORE, *places.TEXTS, places.PAGE, *places.PICTURES)
+SUFFIXES = (terminal.STORE, *terminal.TEXTS, terminal.PAGE, *terminal.PICTURES)
 
 
 def grasps(
@@ -80,17 +80,17 @@ def grasps(
     """
     outputs = output or []
     if view is not None:
-        places.require_free(view, overwrite=overwrite, option="--view", suffixes=[places.PAGE])
+        terminal.require_free(view, overwrite=overwrite, option="--view", suffixes=[terminal.PAGE])
     store = _store(outputs, write)
     executor = runs.executor()
     with loading():
         import energymargin.grasps
 
-        places.require_outputs(outputs, overwrite=overwrite, suffixes=SUFFIXES)
+        terminal.require_outputs(outputs, overwrite=overwrite, suffixes=SUFFIXES)
         if view is not None:
             import energymargin.viewer  # noqa: F401
     if write is not None:
-        places.require_free(
+        terminal.require_free(
             write, overwrite=overwrite, option="--write", suffixes=em.grasps.SUFFIXES
         )
     disturbance, known = em.disturbances.Uniform(strength), words.chosen_belief(belief)
@@ -134,7 +134,7 @@ def _store(outputs: Sequence[Path], grasps: Path | None) -> Path | None:
     for path in paths:
         if paths.count(path) > 1:
             raise ValueError(f"{path} is given twice, expected a path for each file")
-    stores = [path for path in outputs if path.suffix == places.STORE]
+    stores = [path for path in outputs if path.suffix == terminal.STORE]
     if len(stores) > 1:
         raise ValueError(f"-o has {stores[0]} and {stores[1]}, expected one file of scores")
     return stores[0] if stores else None
@@ -181,22 +181,22 @@ def _write(
 ) -> None:
     """Writes tables, pictures, the page, and the file of grasps."""
     for path in outputs:
-        if path.suffix in places.TEXTS:
+        if path.suffix in terminal.TEXTS:
             replace_text(
                 path, scores.to_csv(columns) if path.suffix == ".csv" else _markdown(scores)
             )
-        elif path.suffix == places.PAGE:
+        elif path.suffix == terminal.PAGE:
             title = f"Grasps of {file.name}"
             with share_bar() as progress:
                 em.report.write_grasps(scores, path, title=title, progress=progress)
         else:
-            places.write_plot(path, em.plots.plot_grasps(scores))
+            terminal.write_plot(path, em.plots.plot_grasps(scores))
     if grasps is not None and not (scores.counted > 0).any():
         warn(f"{grasps} is not written: no grasp has a score")
     elif grasps is not None:
         _write_grasps(scores, columns, grasps)
         outputs = [*outputs, grasps]
-    places.say_written(outputs)
+    terminal.say_written(outputs)
 
 
 def _write_grasps(scores: em.grasps.GraspScores, more: dict[str, Floats], path: Path) -> None:
@@ -224,7 +224,7 @@ def _view(scores: em.grasps.GraspScores, path: Path) -> None:
     """Writes the page on which the grasps turn and play."""
     with kept_warnings(), share_bar() as tell:
         em.viewer.view(scores, scoring=lambda share: tell("The page", share)).save(path)
-    places.say_written([path])
+    terminal.say_written([path])
 
 
 def _markdown(scores: em.grasps.GraspScores) -> str:

@@ -16,8 +16,7 @@ from rich.markup import escape
 import energymargin as em
 from energymargin.cli.generate import say_written
 from energymargin.cli.options import Output, Parameters, panel, parsed, require_one
-from energymargin.cli.places import require_free
-from energymargin.cli.terminal import say, warn
+from energymargin.cli.terminal import require_free, say, warn
 
 
 @panel("Bags of ROS 2", "*")

@@ -9,8 +9,7 @@ from cyclopts import Parameter
 from rich.markup import escape
 
 import energymargin as em
-from energymargin.cli.places import dataset_of, require_free
-from energymargin.cli.terminal import loading, out, say
+from energymargin.cli.terminal import dataset_of, loading, out, require_free, say
 
 
 def learn(

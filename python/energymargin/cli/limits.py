@@ -11,8 +11,13 @@ from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_text
 from energymargin.cli import grasp_words as words
 from energymargin.cli.options import Output, Where, given
-from energymargin.cli.places import print_markdown, require_complete, require_free, say_written
-from energymargin.cli.terminal import out
+from energymargin.cli.terminal import (
+    out,
+    print_markdown,
+    require_complete,
+    require_free,
+    say_written,
+)
 
 CARDS = (".html", ".md", ".json")
 PAGE = '<!doctype html><html lang="en"><meta charset="utf-8"><title>How much it can take: '

@@ -14,8 +14,14 @@ from energymargin.base.bars import bar
 from energymargin.base.checks import whole_number
 from energymargin.cli.grasp_words import OF_OBJECT, Thing, arguments_as_options, chosen_hand
 from energymargin.cli.options import Outputs, Where, chosen_sampling, given, panel
-from energymargin.cli.places import PICTURES, TEXTS, require_complete, require_outputs, show_table
-from energymargin.cli.terminal import loading
+from energymargin.cli.terminal import (
+    PICTURES,
+    TEXTS,
+    loading,
+    require_complete,
+    require_outputs,
+    show_table,
+)
 
 GRID = panel("The grid, without a file of poses")
 

@@ -10,7 +10,7 @@ from cyclopts import Parameter
 import energymargin as em
 from energymargin.base.bars import bar
 from energymargin.cli.options import Outputs, Where, chosen_sampling, options_of, panel
-from energymargin.cli.places import PICTURES, TEXTS, require_complete, require_outputs, show_table
+from energymargin.cli.terminal import PICTURES, TEXTS, require_complete, require_outputs, show_table
 
 COMPARED = panel("How candidates are compared")
 

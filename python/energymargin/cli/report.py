@@ -11,8 +11,7 @@ from rich.markup import escape
 
 import energymargin as em
 from energymargin.cli.options import Output
-from energymargin.cli.places import require_free
-from energymargin.cli.terminal import loading, say, share_bar
+from energymargin.cli.terminal import loading, require_free, say, share_bar
 
 
 def report(

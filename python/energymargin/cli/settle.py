@@ -10,7 +10,7 @@ import energymargin as em
 from energymargin.base.aliases import Floats
 from energymargin.base.bars import bar
 from energymargin.cli.options import Outputs, panel
-from energymargin.cli.places import require_complete, require_outputs, show_table
+from energymargin.cli.terminal import require_complete, require_outputs, show_table
 
 MOVED = 1
 """Exit code where something moves."""

@@ -12,8 +12,7 @@ from cyclopts import Parameter
 import energymargin as em
 from energymargin.base.bars import bar
 from energymargin.cli.options import Parameters, PlanWord, as_number, chosen_future, panel, parsed
-from energymargin.cli.places import require_free, say_written
-from energymargin.cli.terminal import loading, share_bar
+from energymargin.cli.terminal import loading, require_free, say_written, share_bar
 
 PAGES, PICTURES = (".html", ".htm"), (".png", ".gif")
 PICTURE = panel("A picture instead of a page")

@@ -11,8 +11,7 @@ from typing import Annotated
 from cyclopts import App, Parameter
 from rich.markup import escape
 
-from energymargin.cli.places import require_free
-from energymargin.cli.terminal import progress_bar, say
+from energymargin.cli.terminal import progress_bar, require_free, say
 
 __all__ = ["app"]
 

@@ -368,7 +368,7 @@ class Table1Study(Study[Settings, Table1]):
 
     def figures(self, result: Table1) -> Iterator[tuple[str, Figure]]:
         """Search trees of each task."""
-        from energymargin.look.plots.datasets import figure_trees
+        from energymargin.look.plots.trajectories import figure_trees
 
         for name in result.settings.tasks:
             dataset = datasets.load(result.folder / f"{name}.h5")

@@ -24,7 +24,7 @@ from PIL import Image
 from energymargin.base.aliases import AnyPath
 from energymargin.base.errors import needs_extra
 from energymargin.base.replacing import replace_bytes, replace_text
-from energymargin.look.viewer.search import Scored
+from energymargin.look.viewer.sources import Scored
 
 if TYPE_CHECKING:
     from playwright import sync_api

@@ -23,8 +23,8 @@ from energymargin.base.aliases import Floats, Ints, Mask
 from energymargin.look.outlines import object_centers
 from energymargin.look.plots import styles
 from energymargin.look.plots.scenes import leaving_objects, sets_of
-from energymargin.look.viewer.search import Scored
 from energymargin.look.viewer.sets import Surface, is_flat, region_surface, view_around
+from energymargin.look.viewer.sources import Scored
 
 # Opacities: the tree begins within the object, and walls often stand in front.
 OPACITY = {"object": 0.6, "effector": 1.0, "none": 0.35}

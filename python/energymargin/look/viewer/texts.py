@@ -14,9 +14,8 @@ import energymargin as em
 from energymargin.base.metrics import TIMED, with_unit
 from energymargin.base.table_text import DASH, counted
 from energymargin.look.plots import styles
-from energymargin.look.viewer.search import Scored
 from energymargin.look.viewer.shots import FUTURE_COLOR
-from energymargin.look.viewer.sources import EFFORT, Frames
+from energymargin.look.viewer.sources import EFFORT, Frames, Scored
 
 INK, PALE = "#3A3A3A", "#F3E3B6"  # of a dot whose colour is its cost; of a ghost on white
 STYLE = "font-size:0.85em;line-height:1.5;padding:0.1em 0.9em 0.4em"

@@ -16,8 +16,8 @@ from energymargin.base.checks import whole_number
 from energymargin.base.plausibility import kept_warnings
 from energymargin.look.viewer import sources, texts
 from energymargin.look.viewer.page import Page
-from energymargin.look.viewer.search import Scored, ShareProgress, score_state
 from energymargin.look.viewer.shots import Blobs, Shot
+from energymargin.look.viewer.sources import Scored, ShareProgress, score_state
 
 MOST_GRASPS = 24  # grasps on a page
 
