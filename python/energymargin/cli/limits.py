@@ -9,15 +9,8 @@ from typing import Any
 import energymargin as em
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_text
-from energymargin.cli import grasp_words as words
+from energymargin.cli import grasp_words as words, terminal
 from energymargin.cli.options import Output, Where, given
-from energymargin.cli.terminal import (
-    out,
-    print_markdown,
-    require_complete,
-    require_free,
-    say_written,
-)
 
 CARDS = (".html", ".md", ".json")
 PAGE = '<!doctype html><html lang="en"><meta charset="utf-8"><title>How much it can take: '
@@ -68,7 +61,7 @@ def limits(
         overwrite: Replace the file if it exists.
     """
     if output is not None:
-        require_free(output, overwrite=overwrite, suffixes=CARDS)
+        terminal.require_free(output, overwrite=overwrite, suffixes=CARDS)
     ranges = dict(map(_range, vary))
     if len(ranges) < len(vary):
         raise ValueError(f"--vary is {', '.join(vary)}, expected each quantity once")
@@ -82,15 +75,15 @@ def limits(
         found = _of_grasps(rows.read(file), hand, protocol, thing, asked)
     told = em.summary.summary(found)
     if hand is None:
-        print_markdown(told.to_markdown())
+        terminal.print_markdown(told.to_markdown())
     else:
-        out.print(told, markup=False, highlight=False, soft_wrap=True)
+        terminal.out.print(told, markup=False, highlight=False, soft_wrap=True)
     if output is not None:
         page = f"{PAGE}{escape_html(file.name)}</title>{told.to_html()}\n"
         cards = {".html": page, ".md": told.to_markdown()}
         replace_text(output, cards.get(output.suffix) or found.to_json())
-        say_written([output])
-    require_complete(found, "all values were tried")
+        terminal.say_written([output])
+    terminal.require_complete(found, "all values were tried")
 
 
 def _of_problem(file: Path, asked: dict[str, Any]) -> em.actions.CriticalValues:

@@ -12,16 +12,9 @@ import energymargin as em
 from energymargin.base.aliases import Floats
 from energymargin.base.bars import bar
 from energymargin.base.checks import whole_number
+from energymargin.cli import terminal
 from energymargin.cli.grasp_words import OF_OBJECT, Thing, arguments_as_options, chosen_hand
 from energymargin.cli.options import Outputs, Where, chosen_sampling, given, panel
-from energymargin.cli.terminal import (
-    PICTURES,
-    TEXTS,
-    loading,
-    require_complete,
-    require_outputs,
-    show_table,
-)
 
 GRID = panel("The grid, without a file of poses")
 
@@ -121,11 +114,13 @@ def placements(
         output: Also the table as .csv or .md, or a picture: .png, .pdf, .svg. May be repeated.
         overwrite: Replace files that exist.
     """
-    with loading():
+    with terminal.loading():
         import energymargin.grasps
         import energymargin.placing  # noqa: F401
 
-        require_outputs(output or (), overwrite=overwrite, suffixes=TEXTS + PICTURES)
+        terminal.require_outputs(
+            output or (), overwrite=overwrite, suffixes=terminal.TEXTS + terminal.PICTURES
+        )
     grid = {"spacing": spacing, "turns": turns, "pose": pose}
     if poses is not None and (given_too := [name for name in grid if grid[name] is not None]):
         raise ValueError(
@@ -151,8 +146,8 @@ def placements(
             **held,
             **asdict(trials),
         )
-    show_table(found, output or (), lambda: em.plots.plot_ranking(found.ranking))
-    require_complete(found, "all draws were made")
+    terminal.show_table(found, output or (), lambda: em.plots.plot_ranking(found.ranking))
+    terminal.require_complete(found, "all draws were made")
 
 
 def _yaws(turns: int) -> list[float]:
