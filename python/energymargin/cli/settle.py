@@ -94,9 +94,8 @@ def _start(
             raise ValueError(re.sub(r"ignore=\(.*?\)", _as_options, str(error))) from error
     else:
         way = f"; `xacro {file} > robot.urdf` makes a .urdf" if file.suffix == ".xacro" else ""
-        raise ValueError(
-            f"FILE is {file}, expected .xml of MuJoCo, .urdf, or .json of a problem{way}"
-        )
+        text = f"FILE is {file}, expected .xml of MuJoCo, .urdf, or .json of a problem{way}"
+        raise ValueError(text)
     if ground is not None:
         scene.add_plane("ground", offset=ground, friction=1.0)
     return scene, state

@@ -127,9 +127,8 @@ class RemoteWorkers(Workers):
         try:
             call = pickle.dumps(chunk)
         except (AttributeError, TypeError, ValueError, pickle.PicklingError) as error:
-            raise ValueError(
-                f"what is asked cannot be sent to another process ({error}): use threads"
-            ) from error
+            text = f"what is asked cannot be sent to another process ({error}): use threads"
+            raise ValueError(text) from error
         try:
             future: Future[Done] = self._executor.submit(pickle.loads, call)
         except RuntimeError as error:

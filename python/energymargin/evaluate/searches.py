@@ -281,9 +281,8 @@ def chosen_metrics(
             )
         of_each = " for each object" if lacking[0].endswith(ANY) else ""
         kind = "success" if lacking[0].startswith("success") else "capture"
-        raise ValueError(
-            f"metrics has {lacking[0]!r}, but not every problem has a {kind} set{of_each}"
-        )
+        text = f"metrics has {lacking[0]!r}, but not every problem has a {kind} set{of_each}"
+        raise ValueError(text)
     chosen = there if metrics is None else metrics
     check_metrics(chosen)
     if settings is not None:
@@ -300,6 +299,5 @@ def _require_objects(
     for problem in problems:
         there = sum(body.role == "object" for body in problem.scene.bodies)
         if settings.objects > there:
-            raise ValueError(
-                f"objects is {settings.objects}, expected from 1 to the scene's {there}"
-            )
+            text = f"objects is {settings.objects}, expected from 1 to the scene's {there}"
+            raise ValueError(text)

@@ -226,9 +226,8 @@ class AnswerFile(Closing):
                 "it"
             )
         if not schema.has_its_tables(self.database):
-            raise ValueError(
-                f"{self.path} is damaged: its tables are not those of a file of scores"
-            )
+            text = f"{self.path} is damaged: its tables are not those of a file of scores"
+            raise ValueError(text)
 
     def _has_its_checksum(self) -> bool:
         self.database.execute("BEGIN")  # a snapshot, whatever others write meanwhile

@@ -139,9 +139,8 @@ def _checked(
                 f"expected {expected} as in the problem's scene"
             )
         if not np.allclose(states[0], problem.state, rtol=0.0, atol=SAME):
-            raise ValueError(
-                f"{name} is of another problem: its tree does not start at the problem's state"
-            )
+            text = f"{name} is of another problem: its tree does not start at the problem's state"
+            raise ValueError(text)
     return result if result is not None else escape, escape if escape is not None else result
 
 

@@ -115,18 +115,16 @@ def _checked(
         wrong = values[(values < low) | (values > high)]
         if len(wrong):
             expected = "0 to 1" if is_likelihood(name) else "a number or inf"
-            raise ValueError(
-                f"{name} has {wrong[0]:g}, expected {expected}, or NaN where there is none"
-            )
+            text = f"{name} has {wrong[0]:g}, expected {expected}, or NaN where there is none"
+            raise ValueError(text)
     if times is not None:
         times = numbers_of("times", times)
         check_shape("times", times, first.shape)
         falls = ~np.isfinite(times) | ~(np.diff(times, prepend=-np.inf) > 0)
         if falls.any():
             k = int(falls.argmax())
-            raise ValueError(
-                f"times has {times[k]:g} at frame {k}, expected finite numbers that rise"
-            )
+            text = f"times has {times[k]:g} at frame {k}, expected finite numbers that rise"
+            raise ValueError(text)
     return TrajectoryScores(
         times,
         arrays,

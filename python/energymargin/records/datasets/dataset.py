@@ -230,9 +230,8 @@ class Dataset(Closing, Summarized):
         bad = (wanted < 0) | (wanted >= self.size)
         if bad.any() or (np.diff(wanted) <= 0).any():
             what = f"{wanted[bad][0]} among them" if bad.any() else "some that do not rise"
-            raise ValueError(
-                f"numbers has {what}, expected numbers of states that rise, below {self.size}"
-            )
+            text = f"numbers has {what}, expected numbers of states that rise, below {self.size}"
+            raise ValueError(text)
         return wanted
 
     def _asked(

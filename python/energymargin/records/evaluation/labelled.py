@@ -58,9 +58,8 @@ class LabelledScores(Record, Summarized):
         labels = ("captured", "success", "captured_any", "success_any")
         for name, values in {**{n: getattr(self, n) for n in labels}, **self.scores}.items():
             if values is not None and np.shape(values) != (states,):
-                raise ValueError(
-                    f"{name} has shape {np.shape(values)}, expected ({states},): one a state"
-                )
+                text = f"{name} has shape {np.shape(values)}, expected ({states},): one a state"
+                raise ValueError(text)
         starts = [own[0] for own in self.by_trajectory() if len(own)]
         numbers, times = np.unique(self.trajectory[starts], return_counts=True)
         if len(times) and times.max() > 1:

@@ -185,9 +185,8 @@ def _read(source: FileSource, wanted: Mapping[str, tuple[str, str]]) -> pd.DataF
         if kind not in POSES:
             known = ", ".join(f"{name} ({kind})" for name, kind in topics.items()) or "none"
             what = f"topic {topic!r} is of {kind}" if kind else f"there is no topic {topic!r}"
-            raise source.error(
-                f"{what}, expected one of {', '.join(POSES)}; its topics are {known}"
-            )
+            text = f"{what}, expected one of {', '.join(POSES)}; its topics are {known}"
+            raise source.error(text)
     with needs_extra("a bag", "ros"):
         import pandas as pd
     numbers, rows = dict.fromkeys((topic for topic, _ in wanted.values()), 0), []

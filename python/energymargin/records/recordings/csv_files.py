@@ -162,9 +162,8 @@ class Columns:
         """The number of a field's column, from 0 on."""
         if isinstance(given, int):
             if given >= len(first):
-                raise ValueError(
-                    f"there is no column {given} ({field}), expected 0 to {len(first) - 1}"
-                )
+                text = f"there is no column {given} ({field}), expected 0 to {len(first) - 1}"
+                raise ValueError(text)
             return given
         if not self.has_header:
             raise ValueError(f"columns names {given!r}, but the file is to have no header")

@@ -107,9 +107,8 @@ def _moves_in_plane(scene: Scene, name: str, motion: Motion) -> bool:
     """Whether a body moves in the plane; ValueError if it does, and is tilted in the scene."""
     start = scene.slice(name).start
     if planar(motion.poses) and math.hypot(*scene.pack()[start + 3 : start + 5]) > UPRIGHT:
-        raise ValueError(
-            f"body {name!r} is tilted in the scene, expected one that is turned about z alone"
-        )
+        text = f"body {name!r} is tilted in the scene, expected one that is turned about z alone"
+        raise ValueError(text)
     return planar(motion.poses)
 
 
@@ -204,9 +203,8 @@ def _recorded_task(task: str | Task, *, labelled: bool) -> RecordedTask:
     for method in ("scene", "captured", *(() if labelled else ("succeeded",))):
         if not callable(getattr(made, method, None)):
             without = "" if labelled else " without labels"
-            raise ValueError(
-                f"task {made.name!r} has no {method}(), which recordings{without} need"
-            )
+            text = f"task {made.name!r} has no {method}(), which recordings{without} need"
+            raise ValueError(text)
     return cast(RecordedTask, made)
 
 

@@ -93,6 +93,5 @@ def require_whole(what: str, given: Collection[str]) -> None:
         needed += [*poses, *(rates if not set(rates).isdisjoint(given) else [])]
     missing = [name for name in needed if name not in given]
     if missing:
-        raise ValueError(
-            f"{what} lacks {missing[0]!r}; frame may be missing, and all velocities of a body"
-        )
+        text = f"{what} lacks {missing[0]!r}; frame may be missing, and all velocities of a body"
+        raise ValueError(text)

@@ -228,9 +228,8 @@ def export_lerobot(
         raise FileExistsError(f"{output} exists, expected the name of a new folder")
     scored = [name for name in lerobot.element_places(folder) if name.startswith(PREFIX)]
     if scored:
-        raise ValueError(
-            f"{folder} has {scored[0]} already, expected the dataset that was imported"
-        )
+        text = f"{folder} has {scored[0]} already, expected the dataset that was imported"
+        raise ValueError(text)
     with ScoreStore(path) as store, datasets.open(data) as dataset:
         chosen = store.run(run)
         if why := chosen.why_not_of(dataset, str(data), str(path)):

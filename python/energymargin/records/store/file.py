@@ -49,9 +49,8 @@ class ScoreStore(AnswerFile, Summarized):
             return found[0]
         there = "; ".join(map(str, runs)) or "none"
         if number is None:
-            raise ValueError(
-                f"{self.path} has {len(runs)} runs, choose one by its number (--run): {there}"
-            )
+            text = f"{self.path} has {len(runs)} runs, choose one by its number (--run): {there}"
+            raise ValueError(text)
         raise ValueError(f"run is {number}, and {self.path} has {there}")
 
     def beside(self, run: Run) -> Run | None:
