@@ -81,9 +81,8 @@ def _scale(ax: Axes, ranking: Ranking) -> float:
     if is_likelihood(ranking.metric):
         ax.set_xlim(-0.02, 1.02)
         return 1.0
-    edge, _ = styles.room_for_infinity(
-        ax.xaxis, np.array([(s.low, s.score, s.high) for s in ranking]).ravel()
-    )
+    values = np.array([(s.low, s.score, s.high) for s in ranking]).ravel()
+    edge, _ = styles.room_for_infinity(ax.xaxis, values)
     return np.inf if np.isnan(edge) else edge
 
 
@@ -94,13 +93,8 @@ def _draw_standing(ax: Axes, row: int, standing: Standing, color: str, edge: flo
     if np.isposinf(standing.high):
         ax.plot(high, row, ">", color=color, markersize=4)
     endless = np.isposinf(standing.score)
-    ax.plot(
-        *(score, row, ">" if endless else "o"),
-        color=color,
-        markerfacecolor=fill,
-        markersize=7 if endless else 5,
-        zorder=3,
-    )
+    mark: dict[str, Any] = {"marker": ">", "markersize": 7} if endless else {"marker": "o"}
+    ax.plot(score, row, color=color, markerfacecolor=fill, zorder=3, **{"markersize": 5, **mark})
 
 
 def _explain(ax: Axes, ranking: Ranking, colors: list[str]) -> None:
@@ -194,14 +188,10 @@ def plot_margin_profile(profile: MarginProfile, *, ax: Axes | None = None) -> Ax
 def figure_margin_profile(profile: MarginProfile) -> Figure:
     """`plot_margin_profile`, and the efforts below it, if they were asked for."""
     efforts = not np.isnan(profile.efforts).all()
-    height = HEIGHT + OF_EFFORTS * efforts
-    figure = Figure(figsize=(WIDTH, height), dpi=150, layout="constrained")
-    axes = figure.subplots(
-        *(1 + efforts, 1),
-        sharex=True,
-        squeeze=False,
-        height_ratios=(HEIGHT, OF_EFFORTS)[: 1 + efforts],
-    )[:, 0]
+    heights = (HEIGHT, OF_EFFORTS)[: 1 + efforts]
+    figure = Figure(figsize=(WIDTH, sum(heights)), dpi=150, layout="constrained")
+    grid: dict[str, Any] = {"sharex": True, "squeeze": False, "height_ratios": heights}
+    axes = figure.subplots(len(heights), 1, **grid)[:, 0]
     plot_margin_profile(profile, ax=axes[0])
     if efforts:
         axes[0].set_xlabel("")
@@ -278,7 +268,10 @@ def plot_critical_values(limits: CriticalValues, *, ax: Axes | None = None) -> A
     A quantity that holds in the whole range that was asked is a pale bar from edge to edge. Returns
     `ax`, or the axes of a new figure. Raises ValueError on another thing than CriticalValues.
     """
-    rows = sorted(zip(limits, limits.nominals, limits.margins, strict=True), key=_by_margin)
+    rows = sorted(
+        zip(limits, limits.nominals, limits.margins, strict=True),
+        key=lambda row: np.inf if np.isnan(row[2]) else row[2],
+    )
     ax = styles.axes_or_new(ax, 6.4, 1.2 + BAR * len(limits))
     marks = [_marks(one, nominal) for one, nominal, _ in rows]
     edge = 1.15 * max([1e-3, *(abs(share) for row in marks for _, *at in row for share in at)])
@@ -334,13 +327,6 @@ def plot_critical_curve(curve: CriticalCurve, *, ax: Axes | None = None) -> Axes
     return ax
 
 
-Row = tuple[CriticalValue, float, float]
-
-
-def _by_margin(row: Row) -> float:
-    return np.inf if np.isnan(row[2]) else row[2]
-
-
 def _marks(one: CriticalValue, nominal: float) -> list[tuple[float, ...]]:
     """The value of each crossing, and how far it and the ends of its interval are from the nominal
     value, as shares of that, or of the range where it is 0."""
@@ -350,8 +336,7 @@ def _marks(one: CriticalValue, nominal: float) -> list[tuple[float, ...]]:
 
 def _beside(at: float) -> dict[str, Any]:
     """Where the value of a bar is written."""
-    to = 4 if at >= 0 else -4
-    side = "left" if at >= 0 else "right"
+    to, side = (4, "left") if at >= 0 else (-4, "right")
     place = {"xytext": (to, 9), "textcoords": "offset points"}
     return {**place, "ha": side, "va": "center", "fontsize": 7}
 

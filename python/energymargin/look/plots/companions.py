@@ -48,9 +48,8 @@ def plot_grasps(scores: GraspScores, ax: Axes | None = None) -> Axes:
     for kind, (words, color, marker) in KINDS.items():
         own = kinds == kind
         if own.any():
-            axes.vlines(
-                ranks[own], low[own], high[own], color=color, alpha=0.35, linewidth=size / 3
-            )
+            bar: dict[str, Any] = {"color": color, "alpha": 0.35, "linewidth": size / 3}
+            axes.vlines(ranks[own], low[own], high[own], **bar)
             look: dict[str, Any] = {"color": color, "marker": marker, "markersize": size}
             axes.plot(ranks[own], values[own], linestyle="", label=words, **look)
     axes.set(xlim=(0.5, max(len(scored), 1) + 0.5), ylim=(-0.03, 1.03))

@@ -72,9 +72,8 @@ def plot_effort(
         for number, (name, result) in enumerate(searches.items()):
             _draw_effort(axes, name, result, styles.curve_style(number))
         if known is not None:
-            axes.axhline(
-                known, linestyle=":", color=styles.CHANCE_COLOR, label=f"known: {known:.3g} J"
-            )
+            label = f"known: {known:.3g} J"
+            axes.axhline(known, linestyle=":", color=styles.CHANCE_COLOR, label=label)
         if all(math.isinf(result.effort) for result in searches.values()):
             axes.text(0.5, 0.5, "no escape found", ha="center", transform=axes.transAxes)
             if known is None:
@@ -152,9 +151,8 @@ def _draw_survival(
     mark = style.look(linestyle="", markersize=7, markeredgecolor="white", zorder=4)
     ax.plot(survival.mean_time, survival.curve[at], gid="mean time", **mark)
     if which == "captured" and result.undisturbed is False:  # None: it was not asked for
-        ax.axvline(
-            result.undisturbed_time, color=style.color, linestyle=":", linewidth=1.3, gid="leaves"
-        )
+        dots: dict[str, Any] = {"color": style.color, "linestyle": ":", "linewidth": 1.3}
+        ax.axvline(result.undisturbed_time, gid="leaves", **dots)
 
 
 def _explain(ax: Axes, results: Mapping[str, CaptureProbability], which: str) -> None:
@@ -204,11 +202,9 @@ def plot_future(
     plane = outlines.plane_for(problem.scene, future.states) if plane is None else plane
     if limits is None:
         limits = outlines.view_of(problem.scene, future.states, plane, AROUND)
-    new = ax is None
-    legend = new if legend is None else yes_or_no("legend", legend)
-    ax = plot_state(
-        problem, ax=styles.axes_or_new(ax, *FUTURE_SIZE), plane=plane, limits=limits, legend=False
-    )
+    legend = ax is None if legend is None else yes_or_no("legend", legend)
+    ax = styles.axes_or_new(ax, *FUTURE_SIZE)
+    plot_state(problem, ax=ax, plane=plane, limits=limits, legend=False)
     lines = _draw_future(ax, problem, future, plane)
     title = f"undisturbed it stays captured for {future.times[-1]:.3g} s"
     if future.exit is not None:
@@ -246,8 +242,7 @@ def figure_engines(comparison: EngineComparison) -> Figure:
     plot_probability(named, ax=above)
     above.set_xlabel("")
     for number, distances in enumerate(comparison.distances):
-        style = styles.curve_style(number)
-        below.plot(comparison.times, 1000 * distances, color=style.color)
+        below.plot(comparison.times, 1000 * distances, color=styles.curve_style(number).color)
     below.set(xlabel="time [s]", ylabel="apart [mm]")
     return figure
 
@@ -256,6 +251,7 @@ COLORS = "viridis"
 AROUND_PARTICLES = 0.15  # of the view's longer side
 MOST_OUTLINES = 64
 LOW = 0.1  # the quantile that is marked
+MARK_COLORS = ("#0072B2", "#E69F00", "#D55E00", "0.5")
 
 
 def figure_belief(
@@ -291,9 +287,8 @@ def _draw_particles(
     draw_bodies(ax, problem.scene, np.asarray(problem.state), plane, limits)
     moving = {body.name for body in problem.scene.bodies if body.role != "none"}
     look: dict[str, Any] = {"fill": False, "linewidth": 0.8, "alpha": 0.7, "zorder": 5}
-    for state, color in zip(
-        states[1 : MOST_OUTLINES + 1], colors.to_rgba(score.values), strict=False
-    ):
+    drawn = states[1 : MOST_OUTLINES + 1]
+    for state, color in zip(drawn, colors.to_rgba(score.values), strict=False):
         draw_outlines(ax, problem.scene, state, plane, moving, edgecolor=color, **look)
     set_plane(ax, plane, limits)
     ax.set_title(f"{len(score.values)} particles", fontsize=10)
@@ -309,9 +304,7 @@ def _draw_scores(ax: Axes, score: BeliefScore, known: float | None) -> None:
         marks |= {"10 % are at most": score.quantile(LOW), "worst": score.worst}
     if known is not None:
         marks["the model as believed most"] = known
-    for (name, value), color in zip(
-        marks.items(), ("#0072B2", "#E69F00", "#D55E00", "0.5"), strict=False
-    ):
+    for (name, value), color in zip(marks.items(), MARK_COLORS, strict=False):
         text = f"{name}: {value_text(score.metric, value)}"
         if np.isfinite(value):
             ax.axvline(value, color=color, linewidth=1.4, label=text)

@@ -21,6 +21,9 @@ from energymargin.regions import Region
 
 ORDERS = {"none": 2, "effector": 3, "object": 3.5}  # of roles, from the back
 BLOCK = 2**21  # numbers of states in memory at once
+RING: dict[str, Any] = {"markersize": 2.5, "markerfacecolor": "white", "markeredgewidth": 0.6}
+LOST: dict[str, Any] = {"fill": False, "edgecolor": LOST_COLOR, "linewidth": 1.2, "zorder": 7.5}
+"""The looks of a joint, and of an object that has left."""
 
 
 def draw_bodies(
@@ -40,12 +43,7 @@ def draw_bodies(
     for joint in scene.joints:
         if joint.type != "fixed":
             place = outlines.placed(np.array([joint.origin]), poses[joint.parent], plane)[0]
-            ring: dict[str, Any] = {
-                "markersize": 2.5,
-                "markerfacecolor": "white",
-                "markeredgewidth": 0.6,
-            }
-            ax.plot(*place, "o", color=color, zorder=3.2, **ring)
+            ax.plot(*place, "o", color=color, zorder=3.2, **RING)
 
 
 def set_plane(ax: Axes, plane: outlines.Plan, limits: outlines.Limits) -> None:
@@ -65,10 +63,8 @@ def draw_lost(
     ax: Axes, scene: Scene, state: Floats, plane: outlines.Plan, names: Collection[str]
 ) -> None:
     """The outlines of the objects of these names where they have left the capture set."""
-    dashes: dict[str, Any] = {"linestyle": (0, (3, 1.5)), "linewidth": 1.2, "zorder": 7.5}
-    draw_outlines(
-        *(ax, scene, state, plane, names), fill=False, edgecolor=LOST_COLOR, gid="lost", **dashes
-    )
+    dashes = (0, (3, 1.5))
+    draw_outlines(ax, scene, state, plane, names, gid="lost", linestyle=dashes, **LOST)
 
 
 def draw_outlines(
@@ -104,10 +100,8 @@ def _draw_half_space(ax: Axes, solid: Plane, plane: outlines.Plan, limits: outli
 
 def sets_of(problem: Problem) -> tuple[Region, Region | None]:
     """Capture and success set; if each object has its own, where at least one is in its own."""
-    return (
-        problem.captured if problem.captured_any is None else problem.captured_any,
-        problem.succeeded if problem.succeeded_any is None else problem.succeeded_any,
-    )
+    captured = problem.captured if problem.captured_any is None else problem.captured_any
+    return captured, problem.succeeded if problem.succeeded_any is None else problem.succeeded_any
 
 
 def draw_set(

@@ -182,14 +182,12 @@ def _draw_sets(
     ax: Axes, problem: Problem, plane: outlines.Plan, limits: outlines.Limits, **options: Any
 ) -> tuple[str, str]:
     """Success set below capture set; returns a note on each for the legend, the latter first."""
-    captured, succeeded = sets_of(problem)
-    look: dict[str, Any]
-    success = ""
+    (captured, succeeded), note = sets_of(problem), ""
     if succeeded is not None:
-        look = {"color": styles.SUCCEEDED_COLOR, "line": "dashed", "order": 0}
-        success = draw_set(ax, problem, succeeded, limits, plane, **look, **options)
+        look: dict[str, Any] = {"color": styles.SUCCEEDED_COLOR, "line": "dashed", "order": 0}
+        note = draw_set(ax, problem, succeeded, limits, plane, **look, **options)
     look = {"color": styles.CAPTURED_COLOR, "line": "solid", "order": 1}
-    return draw_set(ax, problem, captured, limits, plane, **look, **options), success
+    return draw_set(ax, problem, captured, limits, plane, **look, **options), note
 
 
 def _height(limits: outlines.Limits, title: str) -> float:
@@ -219,11 +217,8 @@ def state_legend(
     if problem.succeeded is not None:
         handles.append(_set_patch(styles.SUCCEEDED_COLOR, "--", "success set" + notes[1]))
     if tree:
-        left = "outside of the capture set"
-        cross = Line2D(
-            [], [], color=styles.LOST_COLOR, marker="x", linestyle="", markersize=4, label=left
-        )
-        handles.append(cross)
+        cross: dict[str, Any] = {"color": styles.LOST_COLOR, "marker": "x", "markersize": 4}
+        handles.append(Line2D([], [], linestyle="", label="outside of the capture set", **cross))
     way = escape.path if isinstance(escape, EscapeEffort) else escape.states if escape else ()
     if len(way) > 1:
         handles.append(Line2D([], [], **trees.ESCAPE, label="cheapest escape"))
@@ -258,15 +253,13 @@ def state_title(
 
 def _bodies_by_role(scene: Scene) -> dict[str, str]:
     """The names of the bodies that are drawn, by role."""
-    names: dict[str, list[str]] = {}
-    for body in scene.bodies:
-        if not isinstance(body.shape, Plane):
-            names.setdefault(body.role, []).append(body.name)
-    labels = {role: role for role in names}
-    labels |= {"object": "objects"} if len(names.get("object", ())) > 1 else {}
-    if "none" in names:
-        more = ", ..." if len(names["none"]) > MOST_NAMES else ""
-        labels["none"] = ", ".join(names["none"][:MOST_NAMES]) + more
+    drawn = [body for body in scene.bodies if not isinstance(body.shape, Plane)]
+    labels = {body.role: str(body.role) for body in drawn}
+    if sum(body.role == "object" for body in drawn) > 1:
+        labels["object"] = "objects"
+    if "none" in labels:
+        names = [body.name for body in drawn if body.role == "none"]
+        labels["none"] = ", ".join(names[:MOST_NAMES]) + ", ..." * (len(names) > MOST_NAMES)
     return labels
 
 

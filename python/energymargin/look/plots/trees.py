@@ -36,9 +36,8 @@ def draw_tree(ax: Axes, problem: Problem, tree: Tree, plane: Plan, costs: Normal
     """Edges, nodes by cost, and a cross at each object that is lost; where these are, (N, 2)."""
     points = object_centers(problem.scene, tree.states, plane)
     edges = np.stack([points[tree.parents[1:]], points[1:]], axis=2).reshape(-1, 2, 2)
-    ax.add_collection(
-        LineCollection(list(edges), colors="0.25", linewidths=0.4, alpha=0.5, zorder=5)
-    )
+    lines = LineCollection(list(edges), colors="0.25", linewidths=0.4, alpha=0.5, zorder=5)
+    ax.add_collection(lines)
     (x, y), costs_each = points.reshape(-1, 2).T, np.repeat(tree.costs, points.shape[1])
     look: dict[str, Any] = {"cmap": COSTS, "norm": costs, "linewidths": 0.2, "edgecolors": "white"}
     ax.scatter(x, y, c=costs_each, s=9, **look, zorder=6, gid="nodes")
@@ -67,13 +66,8 @@ def draw_color_bar(
     figure: Figure | SubFigure, axes: Any, costs: Normalize, most: float, **options: Any
 ) -> None:
     """What the nodes' colours mean, beside the axes; open if the costliest, `most`, is beyond."""
-    figure.colorbar(
-        ScalarMappable(costs, COSTS),
-        ax=axes,
-        label="cost of reaching a node [J]",
-        extend="max" if most > (costs.vmax or 0.0) else "neither",
-        **options,
-    )
+    options |= {"ax": axes, "extend": "max" if most > (costs.vmax or 0.0) else "neither"}
+    figure.colorbar(ScalarMappable(costs, COSTS), label="cost of reaching a node [J]", **options)
 
 
 class Escape(NamedTuple):
