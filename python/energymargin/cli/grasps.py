@@ -182,9 +182,8 @@ def _write(
     """Writes tables, pictures, the page, and the file of grasps."""
     for path in outputs:
         if path.suffix in terminal.TEXTS:
-            replace_text(
-                path, scores.to_csv(columns) if path.suffix == ".csv" else _markdown(scores)
-            )
+            csv = path.suffix == ".csv"
+            replace_text(path, scores.to_csv(columns) if csv else _markdown(scores))
         elif path.suffix == terminal.PAGE:
             title = f"Grasps of {file.name}"
             with share_bar() as progress:

@@ -155,14 +155,13 @@ def importing(
 
 def _successes(files: Sequence[Path]) -> dict[str, bool] | None:
     """Which episodes succeeded, as LeRobot datasets say; None if one of the files does not."""
-    told = [
-        em.recordings.read_successes(path)
-        for path in files
-        if em.recordings.kind_of(path) == "lerobot"
-    ]
-    if len(told) < len(files) or None in told:
-        return None
-    return {name: success for one in told if one is not None for name, success in one.items()}
+    successes: dict[str, bool] = {}
+    for path in files:
+        told = em.recordings.kind_of(path) == "lerobot" and em.recordings.read_successes(path)
+        if not told:
+            return None
+        successes |= told
+    return successes
 
 
 def _read(
@@ -177,9 +176,8 @@ def _read(
     if layout.columns or layout.units:
         raise ValueError(f"--columns has columns or units, expected the origin alone for {path}")
     if topics.bodies is None and None in (topics.object, topics.effector):
-        known = ", ".join(
-            f"{name} ({kind})" for name, kind in em.recordings.bag_topics(path).items()
-        )
+        found = em.recordings.bag_topics(path).items()
+        known = ", ".join(f"{name} ({kind})" for name, kind in found)
         raise ValueError(
             f"{path}: expected --object-topic and --effector-topic for a bag; its topics are "
             f"{known or 'none'}"

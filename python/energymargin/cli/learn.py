@@ -53,9 +53,8 @@ def learn(
         em.store.ScoreStore(scores) as store,
         em.datasets.open(dataset_of(scores, data)) as dataset,
     ):
-        surrogate = em.Surrogate.learn(
-            store.run(run), dataset, metric, coverage=coverage, seed=seed
-        )
+        chosen = store.run(run)
+        surrogate = em.Surrogate.learn(chosen, dataset, metric, coverage=coverage, seed=seed)
     surrogate.save(output)
     out.print(em.summary.summary(surrogate))
     say(f"Wrote {escape(str(output))}. Next: em.Surrogate.load({escape(repr(str(output)))})")

@@ -159,9 +159,8 @@ def _share_of(columns: Floats, scores: Floats) -> Share:
     terms = np.column_stack([np.ones(count), x, (3 * x**2 - 1) / 2])
     if count < PARTICLES_A_TERM * terms.shape[1]:
         return Share(np.nan, np.nan)
-    without = np.array(
-        [_r_squared(np.delete(terms, k, axis=0), np.delete(scores, k)) for k in range(count)]
-    )
+    less_one = ((np.delete(terms, k, axis=0), np.delete(scores, k)) for k in range(count))
+    without = np.array([_r_squared(*each) for each in less_one])
     spread = np.sqrt((count - 1) / count * ((without - without.mean()) ** 2).sum())
     return Share(_r_squared(terms, scores), float(spread))
 

@@ -45,9 +45,8 @@ class Sharing:
         """`settings`: of the problem. Raises ValueError on particles below 1."""
         self.particles = whole_number("particles", particles, 1, MOST_PARTICLES)
         self.whole = settings
-        self.settings = replace(
-            settings, nodes=max(1, settings.nodes // self.particles), rollouts=1
-        )
+        nodes = max(1, settings.nodes // self.particles)
+        self.settings = replace(settings, nodes=nodes, rollouts=1)
         """Settings of a particle."""
 
     def count(self, metric: str) -> int:

@@ -99,9 +99,8 @@ def compare_engines(
     )
     count = min(p.exit_times.size for p in found)
     names = tuple(e if isinstance(e, str) else e.name for e in engines)
-    paths = [
-        _undisturbed(each, p.times, timeout, cancel) for each, p in zip(asked, found, strict=True)
-    ]
+    each_found = zip(asked, found, strict=True)
+    paths = [_undisturbed(each, p.times, timeout, cancel) for each, p in each_found]
     apart = np.linalg.norm(np.array(paths) - paths[0], axis=-1).max(axis=-1)
     exits = np.array([p.exit_times[:count] for p in found])
     return EngineComparison(names, found, exits, found[0].times, apart)
@@ -143,6 +142,5 @@ def _undisturbed(
     world: Any = World(scene, problem.plan) if problem.plan else World(scene)
     run = world.simulate(problem.state, record[-1], record=record, timeout=timeout, cancel=cancel)
     objects = [body.name for body in scene.bodies if body.role == "object"]
-    return np.array(
-        [[scene.unpack(state)[name]["position"] for name in objects] for state in run.states]
-    )
+    states = map(scene.unpack, run.states)
+    return np.array([[state[name]["position"] for name in objects] for state in states])

@@ -122,10 +122,10 @@ def _warn_of_steps(table: ScoreTable, problems: Mapping[int, Problem]) -> None:
 
 
 def _indices(indices: Sequence[int] | None, problems: int) -> Sequence[int]:
-    if indices is not None and len(indices) != problems:
-        raise ValueError(f"indices has {len(indices)} numbers, expected one for each problem")
     if indices is None:
         return range(problems)
+    if len(indices) != problems:
+        raise ValueError(f"indices has {len(indices)} numbers, expected one for each problem")
     return [whole_number("indices", index, 0, MOST_INDEX) for index in indices]
 
 

@@ -7,7 +7,8 @@ path or rollouts asks here, so that a state with the same settings has the same 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypedDict
 
 import energymargin._core as core
@@ -87,25 +88,16 @@ class SearchSettings:
 
     def __post_init__(self) -> None:
         """Checks each of them, and brings it to one type, so that stores know 0 and 0.0 as one."""
-        checked = {
-            "nodes": checks.whole_number("nodes", self.nodes, 1, MOST_NODES),
-            "seed": checks.seed_number(self.seed),
-            "nodes_per_edge": checks.whole_number(
-                "nodes_per_edge", self.nodes_per_edge, 1, MOST_NODES
-            ),
-            "least_likelihood": checks.share("least_likelihood", self.least_likelihood),
-            "stop_at_escape": checks.yes_or_no("stop_at_escape", self.stop_at_escape),
-            "rollouts": checks.whole_number("rollouts", self.rollouts, 1, MOST_NODES),
-            "strength": checks.not_negative_number("strength", self.strength),
-            "objects": None
-            if self.objects is None
-            else checks.whole_number("objects", self.objects, 1, MOST_NODES),
-            "common_random_numbers": checks.yes_or_no(
-                "common_random_numbers", self.common_random_numbers
-            ),
+        counts = ["nodes", "nodes_per_edge", "rollouts", *["objects"] * (self.objects is not None)]
+        check: dict[str, Callable[[str, Any], Any]] = {
+            **dict.fromkeys(counts, partial(checks.whole_number, least=1, most=MOST_NODES)),
+            **dict.fromkeys(("stop_at_escape", "common_random_numbers"), checks.yes_or_no),
+            "seed": lambda _, seed: checks.seed_number(seed),
+            "least_likelihood": checks.share,
+            "strength": checks.not_negative_number,
         }
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
+        for name, checked in check.items():
+            object.__setattr__(self, name, checked(name, getattr(self, name)))
 
     def of(self, metric: str) -> dict[str, Any]:
         """Those that change the value of one metric, by which stores know its question."""
@@ -124,10 +116,6 @@ class SearchSettings:
     def all(self) -> dict[str, Any]:
         """All of them, by name."""
         return asdict(self)
-
-
-SETTINGS: tuple[str, ...] = tuple(field.name for field in fields(SearchSettings))
-"""The names of all settings."""
 
 
 class LooseSettings(TypedDict, total=False):
@@ -200,7 +188,8 @@ def metric_search(
     """
     if metric_kind(metric) is KINDS["force"]:
         return core.force_score(problem)
-    seed = _seed(metric, settings, number)
+    common = settings.common_random_numbers and metric in TIMED
+    seed = settings.seed if number is None or common else core.stream(settings.seed, number)
     if metric in TIMED:
         wanted = {"success": metric == "probability/success", "by_object": metric.endswith(ANY)}
         return core.capture_probability(
@@ -231,12 +220,6 @@ def value_of(metric: str, found: Found) -> float:
     of_metric = {"probability/success": found.success, "probability/any": found.any}
     value: Any = of_metric.get(metric, found)
     return float(value if isinstance(value, float) else value.captured)
-
-
-def _seed(metric: str, settings: SearchSettings, number: int | None) -> int:
-    """Seed of the search of a batch's problem of this number."""
-    common = settings.common_random_numbers and metric in TIMED
-    return settings.seed if number is None or common else core.stream(settings.seed, number)
 
 
 def metrics_of(problems: Sequence[core.Problem]) -> tuple[str, ...]:
@@ -270,9 +253,8 @@ def chosen_metrics(
     lacking = [metric for metric in metrics or () if metric in METRICS and metric not in there]
     if lacking:
         timed = lacking[0] in TIMED
-        if lacking[0] in (*TIMED, *CLOCKLESS) and any(
-            (problem.horizon is None) == timed for problem in problems
-        ):
+        others = [problem for problem in problems if (problem.horizon is None) == timed]
+        if lacking[0] in (*TIMED, *CLOCKLESS) and others:
             has = "has a" if timed else "is without"
             way = "horizon=..." if timed else "horizon=None, plan=None"
             raise ValueError(

@@ -124,9 +124,8 @@ class _DaskWorkers(RemoteWorkers):
                 "elsewhere"
             )
         if not threads and before != {}:
-            self._notice(
-                f"no workers at {self._address}: waiting for one (`dask worker {self._address}`)"
-            )
+            way = f"waiting for one (`dask worker {self._address}`)"
+            self._notice(f"no workers at {self._address}: {way}")
 
 
 def _connected(scheduler: str | Client) -> Any:  # a Client, whose types say that it may be closed
@@ -136,9 +135,8 @@ def _connected(scheduler: str | Client) -> Any:  # a Client, whose types say tha
         return scheduler
     client = Client.__new__(Client)
     try:
-        Client.__init__(
-            client, scheduler, timeout=CONNECT, set_as_default=False, name="energymargin"
-        )
+        name: Any = {"name": "energymargin", "set_as_default": False}
+        Client.__init__(client, scheduler, timeout=CONNECT, **name)
         return client
     except KeyboardInterrupt:  # left to itself, its end may wait forever for that of another one
         client.close(timeout=CLOSE)

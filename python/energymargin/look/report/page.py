@@ -18,7 +18,7 @@ from energymargin.base.aliases import AnyPath
 from energymargin.base.checks import check_type, whole_number
 from energymargin.base.interrupts import raise_if_interrupted, remembered_interrupts
 from energymargin.base.metrics import TIMED
-from energymargin.base.replacing import replaced
+from energymargin.base.replacing import replaced, require_suffix
 from energymargin.evaluation import curves
 from energymargin.look.plots.companions import figure_grasp, plot_grasps
 from energymargin.look.report import pictures
@@ -107,7 +107,7 @@ def write(
     chosen = Options() if options is None else options
     check_type("options", chosen, Options, "a report.Options")
     output = Path(output)
-    check_suffix(output)
+    require_suffix("output", output, SUFFIXES)
     for name, path in {"scores": scores, "data": data}.items():
         if path is not None and output.resolve() == Path(path).resolve():
             raise ValueError(
@@ -169,12 +169,6 @@ def _page(subject: Subject, options: Options, output: Path, tell: Progress) -> d
     }
 
 
-def check_suffix(output: Path) -> None:
-    """Raises ValueError on the name of another file than a page."""
-    if output.suffix not in SUFFIXES:
-        raise ValueError(f"output is {str(output)!r}, expected a name with {' or '.join(SUFFIXES)}")
-
-
 def tables(results: Iterable[em.evaluation.Evaluation]) -> Iterator[em.summary.Summary]:
     """A table of each result, or two if there are several objects: of all, and of at least one."""
     for result in results:
@@ -217,7 +211,7 @@ def write_grasps(
     Raises ValueError on other scores and another suffix, and OSError if it cannot be written.
     """
     output = Path(output)
-    check_suffix(output)
+    require_suffix("output", output, SUFFIXES)
     table, found = scores.table(), em.summary.summary(scores)
     with remembered_interrupts(), replaced(output) as file:
         figure = Figure(figsize=SIZE, layout="constrained")

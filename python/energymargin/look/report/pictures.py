@@ -155,9 +155,7 @@ def worst(
             repeater = SearchRepeater(subject.dataset, subject.run.settings, subject.run.future)
         except ValueError as error:
             lacking = str(error)
-    chosen = [
-        (one, [p for label in (False, True) for p in one.worst(label, each)]) for one in every
-    ]
+    chosen = [(one, one.worst(False, each) + one.worst(True, each)) for one in every]
     total, done = max(1, sum(len(places) for _, places in chosen)), count()
 
     def card(one: curves.Wrongness, place: int) -> Card:

@@ -48,9 +48,8 @@ def grasp_calibration(found: em.grasps.GraspCalibration) -> Summary:
         for name, count, back, before, after in zip(*columns, strict=True)
     ]
     head = ("group", "grasps", "moved back", "possible before", "possible after")
-    return Summary(
-        "", rows, head, ["Possible: the open hand is free, the object between the pads."]
-    )
+    note = "Possible: the open hand is free, the object between the pads."
+    return Summary("", rows, head, [note])
 
 
 def grasp_trials(asked: GraspTrials) -> Summary:
@@ -124,9 +123,8 @@ def settled(found: em.placing.Settled) -> Summary:
     """A row for each body that does not stay, the farthest first."""
     head = ("body", "", "moved [mm]", "turned [deg]", "dropped [mm]", "from, to [s]", "rests on")
     rows = [_of_body(found[name]) for name in found.moved]
-    verdict = (
-        "Nothing moves." if found.stays else f"{len(rows)} of {len(found.bodies)} bodies move."
-    )
+    some = f"{len(rows)} of {len(found.bodies)} bodies move."
+    verdict = "Nothing moves." if found.stays else some
     notes = [f"{verdict} Simulated: {found.time:.3g} s, {found.steps} steps."]
     notes += [
         f"{a} and {b} overlap by {1e3 * d:.2g} mm at the start." for a, b, d in found.overlaps

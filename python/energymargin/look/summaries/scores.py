@@ -70,9 +70,8 @@ def score_store(store: em.store.ScoreStore) -> Summary:
     """Its runs, a row each."""
     head = ("run", "task", "states scored", "scores", "asked about", "settings")
     rows = [(one.number, one.task, *_run_rows(one).values()) for one in store.runs()]
-    return Summary(
-        f"Scores in {store.path.name}", rows, head, [] if rows else ["There are no runs."]
-    )
+    notes = [] if rows else ["There are no runs."]
+    return Summary(f"Scores in {store.path.name}", rows, head, notes)
 
 
 def _run_rows(one: em.store.Run) -> dict[str, str]:
@@ -156,9 +155,8 @@ def named(metric: str) -> str:
 
 def parameters_text(values: Mapping[str, Any]) -> str:
     """Parameters in words; None is one that is drawn at random for each trajectory."""
-    parts = (
-        f"{n} drawn at random" if v is None else f"{n} = {short(v)}" for n, v in values.items()
-    )
+    given = values.items()
+    parts = (f"{n} drawn at random" if v is None else f"{n} = {short(v)}" for n, v in given)
     return ", ".join(parts) or "nothing"
 
 

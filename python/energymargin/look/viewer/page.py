@@ -23,7 +23,7 @@ from PIL import Image
 
 from energymargin.base.aliases import AnyPath
 from energymargin.base.errors import needs_extra
-from energymargin.base.replacing import replace_bytes, replace_text
+from energymargin.base.replacing import replace_bytes, replace_text, require_suffix
 from energymargin.look.viewer.sources import Scored
 
 if TYPE_CHECKING:
@@ -76,9 +76,7 @@ class Page:
         Raises ValueError on a name without .html or .htm, OSError if it cannot be written.
         """
         path = Path(path)
-        if path.suffix not in SUFFIXES:
-            expected = " or ".join(SUFFIXES)
-            raise ValueError(f"path is {str(path)!r}, expected a name with {expected}")
+        require_suffix("path", path, SUFFIXES)
         replace_text(path, self.html)
 
     def draw(self, path: AnyPath, size: tuple[int, int]) -> None:
@@ -134,15 +132,12 @@ def draw_page(html: str, path: Path, size: tuple[int, int]) -> None:
 
     with headless_page(size) as page:
         try:
-            page.set_content(html, timeout=1e3 * PATIENCE)
-            drawn = _played(page) if path.suffix == ".gif" else _shown(page.locator("body"))
+            page.set_default_timeout(1e3 * PATIENCE)
+            page.set_content(html)
+            drawn = _played(page) if path.suffix == ".gif" else page.locator("body").screenshot()
         except Error as error:
             raise RuntimeError(f"the browser gave up: {str(error).splitlines()[0]}") from error
     replace_bytes(path, drawn)
-
-
-def _shown(part: sync_api.Locator) -> bytes:
-    return part.screenshot(timeout=1e3 * PATIENCE)
 
 
 def _played(page: sync_api.Page) -> bytes:
@@ -154,7 +149,7 @@ def _played(page: sync_api.Page) -> bytes:
     pictures = []
     for moment in [*moments.tolist(), len(times) - 1]:
         page.evaluate("moment => { byId('moment').value = moment; showMoment(); }", moment)
-        image = Image.open(io.BytesIO(_shown(page.locator("#picture")))).convert("RGB")
+        image = Image.open(io.BytesIO(page.locator("#picture").screenshot())).convert("RGB")
         pictures.append(image.quantize(COLORS, dither=Image.Dither.NONE))
     each = round(1e3 * times[-1] / FRAMES)
     look: dict[str, Any] = {"duration": [*[each] * FRAMES, REST], "loop": 0, "optimize": True}

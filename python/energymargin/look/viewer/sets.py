@@ -138,7 +138,6 @@ def _surface(
     share = np.where(refined, (within + beyond) / 2, 0.5)
     vertices = start + (low + share[:, None] * step - 1) * cell
     if len(faces) > MOST_TRIANGLES:
-        vertices, faces = cast(Any, simplify)(
-            vertices.astype(np.float32), faces.astype(np.int32), target_count=MOST_TRIANGLES
-        )
+        mesh = vertices.astype(np.float32), faces.astype(np.int32)
+        vertices, faces = cast(Any, simplify)(*mesh, target_count=MOST_TRIANGLES)
     return Surface(vertices, faces[:, ::-1])

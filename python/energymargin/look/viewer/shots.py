@@ -97,8 +97,8 @@ class Shot:
                 drawn.add(name)
         return drawn
 
-    def add_search(self, scored: Scored) -> tuple[int, int]:
-        """Adds a tree with its growth, and the way out; how many dots and edges are drawn."""
+    def add_search(self, scored: Scored) -> None:
+        """Adds a tree with its growth, and the way out."""
         size, add = self._view.size, self._blobs.add
         dots, edges = tree_parts(self._problem, scored, size)
         kinds: dict[str, type[np.generic]]
@@ -119,7 +119,6 @@ class Shot:
             times = np.arange(len(count)) / 15
             self.add_track("growth of the tree", self._problem.state[None], times, captions)
             self.content["tracks"][-1]["nodes"] = count
-        return len(dots["points"]), len(edges["points"])
 
     def add_future(self, future: em.futures.Undisturbed) -> None:
         """Adds the undisturbed future, with marks where objects leave."""
@@ -140,9 +139,9 @@ class Shot:
 
     def add_path(self, show: str, states: Floats, color: str) -> None:
         """Adds a line for each object's centre along these states, shape (K, n)."""
-        for way in object_centers(self._problem.scene, states).swapaxes(0, 1):
-            path = {"show": show, "points": self._blobs.add(way), "color": color}
-            self.content["paths"].append(path)
+        ways = object_centers(self._problem.scene, states).swapaxes(0, 1)
+        paths = [{"show": show, "points": self._blobs.add(way), "color": color} for way in ways]
+        self.content["paths"] += paths
 
     def _add_bodies(self) -> None:
         """Adds the bodies, planes as grounds, and springs."""
@@ -187,13 +186,10 @@ def shape_surface(shape: Any) -> Surface:
 
     Raises TypeError for a Plane, which has no end.
     """
-    points, faces, count = [], [], 0
-    for part in em.scenes.shape_parts(shape):
-        hull = ConvexHull(part)
-        points.append(part)
-        faces.append(hull.simplices.astype(np.int64) + count)
-        count += len(part)
-    return Surface(np.concatenate(points), np.concatenate(faces))
+    parts = em.scenes.shape_parts(shape)
+    starts = np.cumsum([0, *map(len, parts)])
+    faces = [ConvexHull(p).simplices + start for p, start in zip(parts, starts, strict=False)]
+    return Surface(np.concatenate(parts), np.concatenate(faces).astype(np.int64))
 
 
 def tree_parts(

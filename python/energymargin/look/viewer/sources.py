@@ -152,12 +152,12 @@ def first_frame(source: StateSource, trajectory: int | None, frame: int | None) 
     a plan it is the weakest moment. It is the first frame if the state of that one makes no
     problem. A frame that is given without a trajectory is the first one's.
     """
+    if frame is not None:
+        return trajectory or 0, frame
     if trajectory is None:
         labels = (source.frames(t).captured for t in range(min(source.trajectories, MOST)))
         lost = (t for t, own in enumerate(labels) if own is not None and own[0] and not own[-1])
-        trajectory = next(lost, 0) if frame is None else 0
-    if frame is not None:
-        return trajectory, frame
+        trajectory = next(lost, 0)
     if isinstance(source.what, MarginProfile):
         return trajectory, source.what.weakest.number
     return trajectory, _frame_of(source.frames(trajectory))
@@ -165,10 +165,8 @@ def first_frame(source: StateSource, trajectory: int | None, frame: int | None) 
 
 def _frame_of(frames: Frames) -> int:
     count, captured = len(frames.times), frames.captured
-    lost = np.zeros(0, int) if captured is None else np.flatnonzero(captured[:-1] & ~captured[1:])
-    frame = count // 2
-    if len(lost):
-        frame = max(0, int(lost[-1]) + 1 - max(1, round(BEFORE * count)))
+    lost = [] if captured is None else np.flatnonzero(captured[:-1] & ~captured[1:]).tolist()
+    frame = max(0, lost[-1] + 1 - max(1, round(BEFORE * count))) if lost else count // 2
     try:
         frames.problem(frame)
     except ValueError:
@@ -219,15 +217,12 @@ def stored_scores(
             raise ValueError(lacking)
         names = [own.name for own in fields(em.searches.SearchSettings)]
         search = {name: chosen.settings[name] for name in names if name in chosen.settings}
-        title = str(chosen.settings.get("source", "stored"))
-        if "nodes" in search:
-            title += f", {search['nodes']:,} nodes"
-        if chosen.future is not None:
-            title += f", {chosen.future}"
+        parts = [str(chosen.settings.get("source", "stored"))]
+        parts += [f"{search['nodes']:,} nodes"] if "nodes" in search else []
+        parts += [] if chosen.future is None else [str(chosen.future)]
         if chosen.sampling is not None:
-            title += f", mean of {chosen.sampling.particles} particles"
-        scores = chosen.labelled_scores().scores
-        columns = [(title, scores)]
+            parts.append(f"mean of {chosen.sampling.particles} particles")
+        columns = [(", ".join(parts), chosen.labelled_scores().scores)]
         if chosen.with_quantiles:
             low = {m: chosen.quantiles(m, [LOW])[:, 0] for m in chosen.with_quantiles}
             columns.append((f"{LOW:g} quantile", low))
@@ -354,10 +349,9 @@ def replay(problem: em.Problem, tree: em.Tree, path: Sequence[int]) -> ReplayedW
         begin, base = times[-1], float(tree.costs[before])
         steps = round(float(tree.durations[node]) / problem.scene.step)
         for step in [*range(stride, steps, stride), steps]:
-            moment = world.rollout(
-                start, wrench, step * problem.scene.step, time=float(since_root[before])
-            )
-            times.append(begin + step * problem.scene.step)
+            lasts = step * problem.scene.step
+            moment = world.rollout(start, wrench, lasts, time=float(since_root[before]))
+            times.append(begin + lasts)
             states.append(moment.state)
             costs.append(base + moment.effort)
     return ReplayedWay(np.array(times), np.array(states), np.array(costs))

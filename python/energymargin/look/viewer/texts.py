@@ -42,12 +42,16 @@ def box(*parts: str) -> str:
     return f'<div style="{STYLE}">{"".join(parts)}</div>'
 
 
+def _alarming(text: str) -> str:
+    """Words in bold, in the colour of what is lost."""
+    return f'<b style="color:{styles.LOST_COLOR}">{text}</b>'
+
+
 def frame_text(frames: Frames, frame: int) -> str:
     """When a frame is, and its labels."""
     words = [f"<b>t = {frames.times[frame]:.2f} s</b>"] if len(frames.times) > 1 else []
     if frames.captured is not None:
-        lost = f'<b style="color:{styles.LOST_COLOR}">not captured</b>'
-        words.append("captured" if frames.captured[frame] else lost)
+        words.append("captured" if frames.captured[frame] else _alarming("not captured"))
     if frames.success is not None:
         words.append(f"the trajectory {'succeeds' if frames.success else 'fails'}")
     if frames.captured_any is not None and frames.captured_any[frame]:
@@ -108,15 +112,8 @@ def future_text(problem: em.Problem, future: em.futures.Undisturbed | None, why:
         return box(table, f"<div>It cannot be simulated: {escape(why)}</div>" if why else "")
     words = "undisturbed it stays captured"
     if future.exit is not None:
-        words = (
-            f'<b style="color:{styles.LOST_COLOR}">undisturbed it leaves at {future.exit:.2f} s</b>'
-        )
+        words = _alarming(f"undisturbed it leaves at {future.exit:.2f} s")
     return box(table, f"<div>{words}</div>")
-
-
-def drawn_text(dots: int, edges: int) -> str:
-    """How much of the tree is drawn."""
-    return plain(f"{counted(dots, 'dot')} and {counted(edges, 'edge')} are drawn") if dots else ""
 
 
 def sets_text(problem: em.Problem, drawn: Collection[str]) -> str:
@@ -135,9 +132,8 @@ def legend(
     """What the colours and marks mean, of what there is."""
     square, line, diamond = "&#9632;", "&#9473;", "&#9670;"
     roles = {body.role for body in problem.scene.bodies}
-    marks = [
-        (square, styles.BODY_COLORS[role], str(role)) for role in sorted(roles - {"none"})[::-1]
-    ]
+    shown = sorted(roles - {"none"}, reverse=True)
+    marks = [(square, styles.BODY_COLORS[role], str(role)) for role in shown]
     marks.append((square, styles.CAPTURED_COLOR, "capture set"))
     if problem.succeeded is not None:
         marks.append((square, styles.SUCCEEDED_COLOR, "success set"))
@@ -154,8 +150,7 @@ def legend(
         f'<span style="white-space:nowrap"><span style="color:{color}">{mark}</span> {text}</span>'
         for mark, color, text in marks
     )
-    scale = "" if scored is None else _scale(scored)
-    return box(scale, words)
+    return box("" if scored is None else _scale(scored), words)
 
 
 def _notes(scored: Scored) -> str:
@@ -171,8 +166,7 @@ def _notes(scored: Scored) -> str:
         if isinstance(model, em.disturbances.Uniform):
             words = em.futures.uniform_in_words(model)
         diverged = f", {found.diverged} diverged" if found.diverged else ""
-        notes.append(f"{counted(found.rollouts, 'rollout')}{diverged} under {words}")
-        notes.append("95 % intervals")
+        notes += [f"{counted(found.rollouts, 'rollout')}{diverged} under {words}", "95 % intervals"]
         notes.append(f"captured for {found.mean_time:.3g} s on average")
     return "; ".join(notes)
 
@@ -181,9 +175,8 @@ def _scale(scored: Scored) -> str:
     """The colours of the costs, if there are any."""
     if not scored.tree.costs.max() > 0.0:
         return ""
-    stops = ",".join(
-        to_hex(matplotlib.colormaps[styles.COSTS](share)) for share in np.linspace(0, 1, 7)
-    )
+    colors = matplotlib.colormaps[styles.COSTS](np.linspace(0, 1, 7))
+    stops = ",".join(map(to_hex, colors))
     bar = f'<div style="height:0.7em;background:linear-gradient(to right,{stops})"></div>'
     more = " or more" if scored.tree.costs.max() > scored.most else ""
     ends = f"<span>0</span><span>cost of a node</span><span>{scored.most:.3g} J{more}</span>"

@@ -14,11 +14,11 @@ import io
 import json
 import zipfile
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from functools import lru_cache, partial
 from importlib.metadata import version
-from itertools import groupby
+from itertools import groupby, pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -94,7 +94,7 @@ def generate(
     whole_number("frames", frames, 1)
     with TemporaryDirectory() as temporary:
         file = Path(temporary, "dataset.h5") if path is None else Path(path)
-        with opened_parts(file, request) as parts:
+        with Parts(file, request) as parts:
             missing, size = parts.missing(total), request.most
             left = sum(map(len, missing))
             workers = _executor(made, -(-left // size), processes, executor)
@@ -185,11 +185,11 @@ def generate_shard(
     task = task or _made(json.dumps(asdict(request)))
     recorded: list[Trajectory] = []
     interruptible = isinstance(task, ScriptedTask) and type(task).rollout is ScriptedTask.rollout
+    options: dict[str, Any] = {"cancel": cancel} if interruptible else {}
     try:
         for index in indices:
             if cancel.is_set:
                 break
-            options: dict[str, Any] = {"cancel": cancel} if interruptible else {}
             seed = _stream(request.seed, index)
             recorded.append(task.rollout(seed, request.frames, **options))
     except Cancelled:
@@ -212,9 +212,8 @@ def _made(request: str) -> Task:
 
 def _stream(seed: int, index: int) -> int:
     """The seed of one trajectory: 63 bits, which fit every integer type on disk."""
-    return int(
-        np.random.SeedSequence((seed, index)).generate_state(1, np.uint64)[0] >> np.uint64(1)
-    )
+    (number,) = np.random.SeedSequence((seed, index)).generate_state(1, np.uint64)
+    return int(number) >> 1
 
 
 class Parts(AnswerFile):
@@ -256,12 +255,9 @@ class Parts(AnswerFile):
 
     def missing(self, total: int) -> list[range]:
         """The trajectories of `total` that are in no shard, rising: those between two shards."""
-        missing, begin = list[range](), 0
-        for first, last in [*self.spans(SHARDS), (total, total)]:
-            if begin < min(first, total):
-                missing.append(range(begin, min(first, total)))
-            begin = max(begin, last)
-        return missing
+        spans = [(0, 0), *self.spans(SHARDS), (total, total)]
+        gaps = (range(last, min(first, total)) for (_, last), (first, _) in pairwise(spans))
+        return [gap for gap in gaps if gap]
 
     def trajectories(self, total: int) -> Iterator[Trajectory]:
         """The first `total` trajectories.
@@ -270,8 +266,12 @@ class Parts(AnswerFile):
         """
         for first, last in self.spans(SHARDS):
             if first < total:
-                block = self._read(first)
-                yield from map(block.trajectory, range(min(last, total) - first))
+                yield from map(self._read(first).trajectory, range(min(last, total) - first))
+
+    def __exit__(self, *error: object) -> None:
+        """Closes it, and removes it if it has no shards. It needs no checksum: each .npz has its
+        own."""
+        self.close(remove=not self.spans(SHARDS))
 
     def forget(self) -> None:
         """Drops all shards, once the file is whole."""
@@ -306,17 +306,6 @@ class Parts(AnswerFile):
 def parts_of(path: Path) -> Path:
     """Where the shards of this file wait."""
     return path.with_name(f".{path.name}.parts")
-
-
-@contextmanager
-def opened_parts(path: Path, request: Request) -> Iterator[Parts]:
-    """The store of a file, which goes if it has no shards when it is closed. It needs no checksum:
-    each .npz has its own."""
-    parts = Parts(path, request)
-    try:
-        yield parts
-    finally:
-        parts.close(remove=not parts.spans(SHARDS))
 
 
 def trajectories_kept(path: Path) -> int:

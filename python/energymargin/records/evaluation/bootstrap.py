@@ -101,9 +101,8 @@ def weighted_auc_ap(labels: Mask, weights: NDArray[Any], first: Ints) -> tuple[F
 
 def bootstrap_weights(trajectories: int, draws: int, seed: int) -> Ints:
     """How often each trajectory is drawn, shape (draws, T)."""
-    return np.random.default_rng(seed).multinomial(
-        trajectories, np.full(trajectories, 1 / trajectories), size=draws
-    )
+    even = np.full(trajectories, 1 / trajectories)
+    return np.random.default_rng(seed).multinomial(trajectories, even, size=draws)
 
 
 def _interval(values: Floats, trials: int) -> Interval | None:

@@ -71,14 +71,16 @@ class LabelledScores(Record, Summarized):
     def beside(self, now: LabelledScores) -> LabelledScores:
         """These scores, probabilities first, and beside them those of the same states as they are,
         but for success; NOW stands before a name that both have."""
-        others = {
-            f"{NOW}{metric}" if metric in self.scores else metric: values
-            for metric, values in now.scores.items()
-            if metric not in SUCCESSES
-        }
+        named = self.named_beside(now).items()
+        others = {name: own for name, own in named if name.removeprefix(NOW) not in SUCCESSES}
         asks = f"{self.asks}; of the states as they are: {', '.join(others)}"
         timed = {metric: own for metric, own in self.scores.items() if metric in TIMED}
         return replace(self, scores=timed | self.scores | others, asks=asks)
+
+    def named_beside(self, now: LabelledScores) -> dict[str, Floats]:
+        """Scores of the same states as they are, with NOW before a name that both have."""
+        own, others = self.scores, now.scores.items()
+        return {f"{NOW}{name}" if name in own else name: values for name, values in others}
 
     def by_trajectory(self) -> list[Ints]:
         """The states' numbers, one array a trajectory."""

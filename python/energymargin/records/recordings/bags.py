@@ -125,9 +125,7 @@ def _reader(source: FileSource) -> Iterator[AnyReader]:
         formats.require_own_files(source.path)
     paths = [source.path]
     if source.path.is_dir() and not (source.path / "metadata.yaml").exists():
-        paths = [
-            file for file in source.path.iterdir() if file.suffix.lower() in formats.BAG_SUFFIXES
-        ]
+        paths = [file for file in source.path.iterdir() if formats.is_bag(file)]
         if not paths:
             raise source.error("has no metadata.yaml and no file of a bag, expected a bag's folder")
     try:
@@ -163,12 +161,11 @@ def _table(
     for body, own in tracks.items():
         times[body] = (own["time"] - begin).to_numpy() / NANOSECONDS
         source.require_rising(f"the time of the {body}", times[body], own["number"].to_numpy())
-    for body, own in tracks.items():
         poses[body] = _seen(source, body, own, rules, planar=body in flat)
     steps = {body: usual_step(own) for body, own in times.items()}
-    slower = max(steps, key=steps.__getitem__)
-    if steps[slower] <= CLEARLY * steps[next(iter(steps))]:
-        slower = next(iter(steps))
+    slower, first = max(steps, key=steps.__getitem__), next(iter(steps))
+    if steps[slower] <= CLEARLY * steps[first]:
+        slower = first
     table = pd.DataFrame({"time": times[slower]}, index=tracks[slower]["number"].to_numpy())
     for body, found in poses.items():
         names = [f"{body}_{axis}" for axis in (PLANAR if body in flat else SPATIAL)[0]]

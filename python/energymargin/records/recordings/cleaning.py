@@ -244,12 +244,9 @@ def _repairs(table: pd.DataFrame, tracks: Sequence[_Track], frames: Ints) -> Rep
     used = np.isin(known, frames)
     unseen = {track.body: tuple(known[used & ~track.seen].tolist()) for track in tracks}
     outliers = {track.body: tuple(known[used & track.jumped].tolist()) for track in tracks}
-    return Repairs(
-        tuple(np.setdiff1d(frames, known).tolist()),
-        {body: numbers for body, numbers in unseen.items() if numbers},
-        {body: numbers for body, numbers in outliers.items() if numbers},
-        tuple(known[~used].tolist()),
-    )
+    unseen, outliers = ({body: n for body, n in of.items() if n} for of in (unseen, outliers))
+    missing = tuple(np.setdiff1d(frames, known).tolist())
+    return Repairs(missing, unseen, outliers, tuple(known[~used].tolist()))
 
 
 def _require_few(
@@ -274,13 +271,11 @@ def _motion(source: FileSource, times: Floats, track: _Track, at: Floats, rules:
     smoother = smoothing.causally_smoothed if causal else smoothing.smoothed
     smooth = smoother(times, poses, at, rules.smoothing)
     if rates is not None or not rules.smooth_poses:
-        smooth = smooth._replace(
-            values=smoothing.interpolated(at, times, poses), variances=smooth.errors
-        )
+        lines = smoothing.interpolated(at, times, poses)
+        smooth = smooth._replace(values=lines, variances=smooth.errors)
     made = se3.to_velocities(smooth.values)
-    placed, turn = se3.moved(
-        se3.units(smooth.values), (0, 0, 0) if rules.origin is None else rules.origin
-    )
+    origin = (0, 0, 0) if rules.origin is None else rules.origin
+    placed, turn = se3.moved(se3.units(smooth.values), origin)
     covariances = [
         (turn @ made * variances[:, None]) @ (turn @ made).transpose(0, 2, 1)
         for variances in (smooth.variances, smooth.rate_variances)

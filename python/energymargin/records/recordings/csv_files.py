@@ -54,9 +54,10 @@ def headers(names: Collection[str]) -> dict[str, tuple[str, float | None]]:
     the size of its unit if it has one."""
     known = fields_of(names)
     sized = [(name, *unit) for name in known for unit in UNITS.get(_kind(name), {}).items()]
-    return {name: (name, None) for name in known} | {
-        f"{name}_{unit}{'_s' * name.endswith(RATES)}": (name, size) for name, unit, size in sized
-    }
+    found: dict[str, tuple[str, float | None]] = {name: (name, None) for name in known}
+    for name, unit, size in sized:
+        found[f"{name}_{unit}{'_s' * name.endswith(RATES)}"] = (name, size)
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -286,9 +287,8 @@ def _numbers(source: FileSource, name: str, cells: pd.Series[Any]) -> Floats:
     if name == "frame":
         wrong |= (values != np.round(values)) | (np.abs(values) >= LARGEST_NUMBER)
     if (row := first(wrong)) is not None:
-        expected = f"a {'whole ' if name == 'frame' else ''}number{' in each row' * needed}"
-        text = f"{name} is {cells.iloc[row]!r}, expected {expected}"
-        raise source.error(text, cells.index[row])
+        expected = f"a {'whole ' * (name == 'frame')}number{' in each row' * needed}"
+        raise source.error(f"{name} is {cells.iloc[row]!r}, expected {expected}", cells.index[row])
     return values
 
 

@@ -74,8 +74,7 @@ def read_lerobot(
     for episode, values in read_episodes(folder, used).items():
         source = FileSource(folder.with_name(f"{folder.name}:{episode}"), "frame", HINT)
         _compare_rate(source, folder, sizes["time"] * values["time"].to_numpy())
-        table = (values * sizes).assign(**layout.constants)
-        found.append(cleaned(table, source, checked))
+        found.append(cleaned((values * sizes).assign(**layout.constants), source, checked))
     return found
 
 
@@ -132,10 +131,10 @@ def element_places(folder: Path, *, named: bool = False) -> dict[str, Place]:
         if shape == [1]:
             found[OWN.get(feature, feature) if named else feature] = (feature, 0, 1)
         elif len(shape) == 1:
-            words = _names(names) if named else [f"{feature}/{one}" for one in _names(names)]
-            numbers = [] if named else [f"{feature}/{number}" for number in range(shape[0])]
-            for listed in (words, numbers):
-                found |= {word: (feature, k, shape[0]) for k, word in enumerate(listed)}
+            lists = [_names(names), *([] if named else [[str(k) for k in range(shape[0])]])]
+            before = "" if named else f"{feature}/"
+            for listed in lists:
+                found |= {f"{before}{one}": (feature, k, shape[0]) for k, one in enumerate(listed)}
     return found
 
 

@@ -166,12 +166,10 @@ def dataset(
     given = _numbers(made) if params is None else dict(params)
     _require_names([recording.name for recording in recordings], labels, captured)
     scene = _scene(made, given)
-    world = World(scene)
+    world, names = World(scene), {"object": object, "effector": effector}
     trajectories = []
     for number, recording in enumerate(recordings):
-        in_scene = placed(
-            recording, scene, object=object, effector=effector, most_overlap=most_overlap
-        )
+        in_scene = placed(recording, scene, **names, most_overlap=most_overlap)
         if notice is not None and (in_scene.moved.any() or in_scene.stuck.any()):
             notice(f"{recording.name}: {_overlaps(in_scene)}")
         states, some, any_end = in_scene.states, None, None
@@ -211,8 +209,9 @@ def _recorded_task(task: str | Task, *, labelled: bool) -> RecordedTask:
 def _numbers(task: RecordedTask) -> dict[str, float]:
     """The task's parameters that are numbers."""
     given = parameters_of(task).items()
-    known = {name: v for name, v in given if isinstance(v, (int, float))}
-    return {name: float(v) for name, v in known.items() if not isinstance(v, bool)}
+    return {
+        n: float(v) for n, v in given if isinstance(v, (int, float)) and not isinstance(v, bool)
+    }
 
 
 def _require_names(names: Sequence[str], *labels: Mapping[str, Any] | None) -> None:

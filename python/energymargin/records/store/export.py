@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from energymargin.base.aliases import AnyPath, Floats
 from energymargin.base.errors import needs_extra
-from energymargin.base.replacing import replaced
+from energymargin.base.replacing import replaced, require_suffix
 from energymargin.records import datasets
 from energymargin.records.datasets import Dataset
 from energymargin.records.recordings import lerobot
@@ -65,7 +65,7 @@ def load(path: AnyPath, *, run: int | None = None) -> pd.DataFrame:
     quantiles over the particles. Needs the extra [tables]. Raises what ScoreStore does.
     """
     with ScoreStore(path) as store:
-        return _frame(*_states(_runs(store, run)))
+        return _frame(*_states(store.runs() if run is None else [store.run(run)]))
 
 
 def export(path: AnyPath, output: AnyPath, *, run: int | None = None) -> int:
@@ -80,13 +80,12 @@ def export(path: AnyPath, output: AnyPath, *, run: int | None = None) -> int:
     Raises ValueError on another suffix.
     """
     output = Path(output)
-    if output.suffix not in SUFFIXES:
-        raise ValueError(f"output is {str(output)!r}, expected a name with {' or '.join(SUFFIXES)}")
+    require_suffix("output", output, SUFFIXES)
     if not output.parent.is_dir():
         raise FileNotFoundError(errno.ENOENT, "no such folder", str(output.parent))
     write = _write_csv if output.suffix == ".csv" else _write_parquet
     with ScoreStore(path) as store:
-        runs = _runs(store, run)
+        runs = store.runs() if run is None else [store.run(run)]
         if any(one.has_curves for one in runs):
             with replaced(curves_path(output)) as file:
                 write(file, *_curves(runs))
@@ -179,18 +178,11 @@ def _frame(kinds: Kinds, rows: Iterator[tuple[Any, ...]]) -> pd.DataFrame:
     with needs_extra("a data frame, as for Parquet,", "tables"):
         import pandas as pd
     columns = list(zip(*rows, strict=True)) or [()] * len(kinds)
-    return pd.DataFrame(
-        {
-            name: pd.Series(
-                column, dtype="Int64" if kind is int and None in column else OF_PANDAS[kind]
-            )
-            for (name, kind), column in zip(kinds.items(), columns, strict=True)
-        }
-    )
-
-
-def _runs(store: ScoreStore, number: int | None) -> list[Run]:
-    return store.runs() if number is None else [store.run(number)]
+    series = {}
+    for (name, kind), column in zip(kinds.items(), columns, strict=True):
+        dtype = "Int64" if kind is int and None in column else OF_PANDAS[kind]
+        series[name] = pd.Series(column, dtype=dtype)
+    return pd.DataFrame(series)
 
 
 def _widest(values: Sequence[Any]) -> type:

@@ -19,7 +19,6 @@ from energymargin.evaluate.store.answer_file import AnswerFile
 from energymargin.evaluate.store.schema import state_digest
 from energymargin.records.datasets import Dataset, Future
 from energymargin.records.evaluation import LabelledScores
-from energymargin.records.evaluation.labelled import NOW
 from energymargin.records.store.run import Run
 
 LABELS = 10000  # states whose labels are inserted at a time
@@ -75,10 +74,7 @@ class ScoreStore(AnswerFile, Summarized):
         """The scores of a run by metric, shape (N,), and those of the run `beside` it, with NOW
         before a name that both have."""
         labelled, now = self.labelled_scores(run)
-        found = dict(labelled.scores)
-        for metric, values in {} if now is None else now.scores.items():
-            found[f"{NOW}{metric}" if metric in found else metric] = values
-        return found
+        return labelled.scores if now is None else labelled.scores | labelled.named_beside(now)
 
     def begin(
         self,
@@ -99,12 +95,11 @@ class ScoreStore(AnswerFile, Summarized):
             number = self._dataset(dataset, digest)
             asks = schema.NO_FUTURE if future is None else future.to_json()
             ahead = self.number_of("futures", asks=asks)
-            asked = sorted(
-                self.number_of(
-                    "questions", metric=metric, settings=_json(own), algorithm=algorithm_of(metric)
-                )
+            keys = [
+                {"metric": metric, "settings": _json(own), "algorithm": algorithm_of(metric)}
                 for metric, own in questions.items()
-            )
+            ]
+            asked = sorted(self.number_of("questions", **key) for key in keys)
             for run in self.runs():
                 if (run.dataset, run.future_number, run.questions) == (number, ahead, asked):
                     return run
@@ -112,9 +107,8 @@ class ScoreStore(AnswerFile, Summarized):
                 "INSERT INTO runs (dataset, future, settings) VALUES (?, ?, ?)",
                 (number, ahead, _json(settings)),
             )
-            self.database.executemany(
-                "INSERT INTO asked VALUES (?, ?)", [(cursor.lastrowid, one) for one in asked]
-            )
+            pairs = [(cursor.lastrowid, one) for one in asked]
+            self.database.executemany("INSERT INTO asked VALUES (?, ?)", pairs)
             assert cursor.lastrowid is not None  # it was just inserted
             return Run(self, cursor.lastrowid)
 
@@ -124,17 +118,12 @@ class ScoreStore(AnswerFile, Summarized):
         row = found.fetchone()
         if row is not None:
             return int(row[0])
-        parameters, states = json.dumps(dataset.parameters), dataset.size
-        number = self.number_of(
-            "datasets", digest=digest, task=dataset.task, parameters=parameters, states=states
-        )
+        facts = {"task": dataset.task, "parameters": json.dumps(dataset.parameters)}
+        number = self.number_of("datasets", digest=digest, states=dataset.size, **facts)
         for first in range(0, dataset.size, LABELS):
-            last = min(first + LABELS, dataset.size)
-            labels = dataset.labels(first, last)
-            self.database.executemany(
-                "INSERT INTO states VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-                ((number, n, *own) for n, own in enumerate(labels, start=first)),
-            )
+            labels = dataset.labels(first, min(first + LABELS, dataset.size))
+            rows = ((number, n, *own) for n, own in enumerate(labels, start=first))
+            self.database.executemany("INSERT INTO states VALUES (?, ?, ?, ?, ?, ?, ?, ?)", rows)
         return number
 
 

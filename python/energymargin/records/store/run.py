@@ -123,12 +123,10 @@ class Run(Summarized):
         """In one line: number, task, states, metrics and settings."""
         scored, states = self.counts()
         settings = ", ".join(f"{name} {value}" for name, value in self.settings.items())
-        ahead = "" if self.future is None else f"{self.future}; "
-        ahead += "" if self.sampling is None else f"{self.sampling}; "
-        return (
-            f"run {self.number}: {self.task}, {scored} of {states} states, "
-            f"{', '.join(self.metrics)} ({ahead}{settings}; algorithm {self.algorithm})"
-        )
+        asks = [str(one) for one in (self.future, self.sampling) if one is not None]
+        asked = "; ".join([*asks, settings, f"algorithm {self.algorithm}"])
+        head = f"run {self.number}: {self.task}, {scored} of {states} states"
+        return f"{head}, {', '.join(self.metrics)} ({asked})"
 
     def counts(self) -> tuple[int, int]:
         """How many states have all their scores, and how many there are."""
@@ -172,9 +170,8 @@ class Run(Summarized):
             "DO UPDATE SET problem = excluded.problem WHERE problem != excluded.problem",
             (self.dataset, self.future_number, number, problem),
         )
-        there = self._database.execute(
-            "SELECT question FROM scores WHERE problem = ? AND stream = ?", (problem, number)
-        ).fetchall()
+        asked = "SELECT question FROM scores WHERE problem = ? AND stream = ?"
+        there = self._database.execute(asked, (problem, number)).fetchall()
         return tuple(metric for metric, question in self.asked.items() if (question,) not in there)
 
     def add_rows(self, rows: Sequence[Row]) -> None:
@@ -204,8 +201,7 @@ class Run(Summarized):
     def seconds(self) -> float:
         """Mean computing time of a state that has all its scores [s]; 0 if none has."""
         scored, _ = self.counts()
-        total = sum(self.times().values())
-        return total / scored if scored else 0.0
+        return sum(self.times().values()) / scored if scored else 0.0
 
     def times(self) -> dict[str, float]:
         """Computing time of each metric, of all states [s]; the first of those that share a search
@@ -217,9 +213,8 @@ class Run(Summarized):
 
     def rows(self) -> Iterator[ScoredState]:
         """All states, in the order of their numbers."""
-        scores = "".join(
-            f", max(iif(question = {question}, value, NULL))" for question in self.asked.values()
-        )
+        asked = self.asked.values()
+        scores = "".join(f", max(iif(question = {n}, value, NULL))" for n in asked)
         rows = self._database.execute(
             "SELECT trajectory, frame, captured, success, captured_any, success_any, "
             f"total(seconds){scores} FROM {self._posed} "
@@ -256,9 +251,8 @@ class Run(Summarized):
     def _found(self, columns: str, table: str, number: int, metric: str) -> tuple[Any, ...] | None:
         """What `curves` or `particles` has of a state and a metric; None if it is not there."""
         number = whole_number("number", number, 0, self.states - 1)
-        row: tuple[Any, ...] | None = self._answers(
-            table, columns, metric, f"AND number = {number}"
-        ).fetchone()
+        found = self._answers(table, columns, metric, f"AND number = {number}")
+        row: tuple[Any, ...] | None = found.fetchone()
         return row
 
     def _answers(

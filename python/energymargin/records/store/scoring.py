@@ -93,9 +93,8 @@ def score_dataset(
         metrics = dataset_metrics(dataset, metrics, settings, future, sampling)
         store = opened.enter_context(ScoreStore(path, create=True))
         run = begin_run(store, dataset, metrics, settings, future, sampling=sampling)
-        return score_run(
-            *(dataset, run), executor=executor, progress=progress, notice=notice, **limit.rest()
-        )
+        told: Any = {"progress": progress, "notice": notice}
+        return score_run(dataset, run, executor=executor, **told, **limit.rest())
 
 
 def begin_run(
