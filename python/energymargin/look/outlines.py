@@ -145,17 +145,12 @@ def _corners(
     scene: Scene, state: Floats, axes: Sequence[str], names: Collection[str]
 ) -> dict[str, Floats]:
     """Those of some bodies in a state, and their centres, along k axes; shapes (N, k)."""
-    poses = body_poses(scene, state)
-    return {
-        body.name: np.concatenate(
-            [
-                placed(points, poses[body.name], axes)
-                for points in (np.zeros((1, 3)), *shape_parts(body.shape))
-            ]
-        )
-        for body in scene.bodies
-        if body.name in names and not isinstance(body.shape, Plane)
-    }
+    poses, corners = body_poses(scene, state), {}
+    for body in scene.bodies:
+        if body.name in names and not isinstance(body.shape, Plane):
+            points = np.concatenate([np.zeros((1, 3)), *shape_parts(body.shape)])
+            corners[body.name] = placed(points, poses[body.name], axes)
+    return corners
 
 
 def _outline(points: Floats) -> Floats:

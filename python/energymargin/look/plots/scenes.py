@@ -135,19 +135,13 @@ def draw_set(
         if (np.asarray(region.contains(problem.scene, seen)) != inside.all()).any():
             return " (not by place alone: not drawn)"
         return " (all of the view)" if inside.all() else " (nowhere in view)"
-    ax.imshow(
-        np.ma.masked_where(~inside, inside),
-        cmap=ListedColormap([color]),
-        extent=(x0, x0 + wide * len(x), y0, y0 + high * len(y)),
-        origin="lower",
-        alpha=0.35,
-        zorder=order,
-        interpolation="nearest",
-    )
+    extent = (x0, x0 + wide * len(x), y0, y0 + high * len(y))
+    fill: dict[str, Any] = {"origin": "lower", "alpha": 0.35, "interpolation": "nearest"}
+    fill |= {"cmap": ListedColormap([color]), "zorder": order}
+    ax.imshow(np.ma.masked_where(~inside, inside), extent=extent, **fill)
     edge = gaussian_filter(inside.astype(float), 1.0)  # cells; without it a slope has steps
-    ax.contour(
-        x, y, edge, levels=[0.5], colors=[color], linewidths=0.9, linestyles=line, zorder=order
-    )
+    border: dict[str, Any] = {"colors": [color], "linewidths": 0.9, "linestyles": line}
+    ax.contour(x, y, edge, levels=[0.5], zorder=order, **border)
     return ""
 
 

@@ -119,10 +119,8 @@ def draw_legend(
         below = ScaledTranslation(0.0, -BELOW / 72, ax.figure.dpi_scale_trans)
         looks = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.0), "frameon": False}
         looks |= {"bbox_transform": ax.transAxes + below, "ncols": 2}
-    named = {
-        str(artist.get_label()): artist
-        for artist in (ax.get_legend_handles_labels()[0] if handles is None else handles)
-    }
+    artists = ax.get_legend_handles_labels()[0] if handles is None else handles
+    named = {str(artist.get_label()): artist for artist in artists}
     if named:
         sizes = {"fontsize": LEGEND_SIZE, "title_fontsize": LEGEND_SIZE}
         ax.legend(named.values(), named.keys(), alignment="left", **sizes, **looks | options)
@@ -144,12 +142,8 @@ def shade_frames(ax: Axes, times: Floats, shaded: Mask, label: str) -> None:
     alone = 0.5 if len(times) == 1 else 0.0
     borders = np.concatenate([times[:1] - alone, middles, times[-1:] + alone])
     for number, k in enumerate(np.flatnonzero(shaded)):
-        ax.axvspan(
-            *(borders[k], borders[k + 1]),
-            facecolor=LOST_COLOR,
-            alpha=0.15,
-            label=None if number else label,
-        )
+        look: dict[str, Any] = {"facecolor": LOST_COLOR, "alpha": 0.15}
+        ax.axvspan(borders[k], borders[k + 1], label=None if number else label, **look)
 
 
 def room_for_infinity(axis: XAxis | YAxis, values: Floats, rows: int = 1) -> list[float]:

@@ -85,12 +85,10 @@ def trajectory_scores(
         there = np.unique(labelled.trajectory)
         known = f"one from {there[0]} to {there[-1]}" if len(there) else "none, for there are none"
         raise ValueError(f"trajectory is {trajectory!r}, expected {known}")
-    return TrajectoryScores(
-        None if times is None else np.asarray(times, dtype=float),
-        {metric: values[states] for metric, values in labelled.scores.items()},
-        labelled.captured[states],
-        None if labelled.captured_any is None else labelled.captured_any[states],
-    )
+    captured_any = None if labelled.captured_any is None else labelled.captured_any[states]
+    scored = {metric: values[states] for metric, values in labelled.scores.items()}
+    at = None if times is None else np.asarray(times, dtype=float)
+    return TrajectoryScores(at, scored, labelled.captured[states], captured_any)
 
 
 def _checked(
@@ -267,12 +265,10 @@ def _draw_band(ax: Axes, data: TrajectoryScores, name: str) -> None:
     ends = data.bands.get(name, np.empty(0))
     finite = ends[np.isfinite(ends)]
     if len(finite):
-        shown = np.minimum(ends, finite.max())
-        color, label = (
-            styles.metric_style(name).color,
-            f"{name}: {BAND[0]:g} to {BAND[1]:g} quantile",
-        )
-        ax.fill_between(data.frames, *shown.T, color=color, alpha=0.25, linewidth=0, label=label)
+        low, high = np.minimum(ends, finite.max()).T
+        label = f"{name}: {BAND[0]:g} to {BAND[1]:g} quantile"
+        look: dict[str, Any] = {"color": styles.metric_style(name).color, "alpha": 0.25}
+        ax.fill_between(data.frames, low, high, linewidth=0, label=label, **look)
 
 
 LINE = 0.15  # inch, of a title
@@ -310,18 +306,14 @@ def figure_trees(dataset: Dataset, nodes: int, seed: int) -> Figure:
         count = len(trajectory)
         frames = sorted({0, count // 3, 2 * count // 3})
         problems = dataset.problems([first + frame for frame in frames])
-        rows[name] = [
-            _Panel(
-                float(trajectory.times[frame]),
-                problem,
-                capture_score(problem, nodes=nodes, seed=stream(seed, first + frame), warn=False),
-            )
-            for frame, problem in zip(frames, problems, strict=True)
-        ]
+        rows[name] = []
+        for frame, problem in zip(frames, problems, strict=True):
+            of_state: dict[str, Any] = {"nodes": nodes, "seed": stream(seed, first + frame)}
+            score = capture_score(problem, warn=False, **of_state)
+            rows[name].append(_Panel(float(trajectory.times[frame]), problem, score))
         states.append(trajectory.states)
     plane = plane_of(tasks.make(dataset.task, **dataset.parameters))
-    limits = view_of(problems[0].scene, np.concatenate(states), plane)
-    return _figure(rows, plane, limits)
+    return _figure(rows, plane, view_of(problems[0].scene, np.concatenate(states), plane))
 
 
 class _Panel(NamedTuple):

@@ -12,26 +12,17 @@ from energymargin.base.summary import Picture, Summary
 from energymargin.base.table_text import DASH, sentence
 from energymargin.look.summaries.scores import named
 
+WILD = "{0.diverged} of {0.draws} rollouts of {0.name} diverged, and do not count."
+
 
 def ranking(result: em.Ranking) -> Summary:
     """The candidates from the best to the worst, beside their intervals; and the decision."""
     metric = result.metric
-    rows = [
-        (
-            place,
-            each.name,
-            value_text(metric, each.score),
-            f"{value_text(metric, each.low)} to {value_text(metric, each.high)}",
-            each.draws,
-            result.left(each.name),
-        )
-        for place, each in enumerate(result, 1)
-    ]
-    wild = [
-        f"{each.diverged} of {each.draws} rollouts of {each.name} diverged, and do not count."
-        for each in result
-        if each.diverged
-    ]
+    rows = []
+    for place, one in enumerate(result, 1):
+        score, low, high = (value_text(metric, each) for each in (one.score, one.low, one.high))
+        rows.append((place, one.name, score, f"{low} to {high}", one.draws, result.left(one.name)))
+    wild = [WILD.format(one) for one in result if one.diverged]
     head = ("", "candidate", named(metric), "95 % interval", "draws", "")
     picture = Picture("plot_ranking", result, "the candidates with their intervals")
     return Summary("", rows, head, [sentence(result.decision), *wild], picture=picture)
@@ -119,12 +110,10 @@ def diagnosis(found: em.mujoco.Diagnosis) -> Summary:
 
 def outcome_comparison(found: em.actions.OutcomeComparison) -> Summary:
     """Both means, who won how often, and since when it is sure."""
-    rows = [
-        (name, f"{mean:.3g}", "" if math.isnan(low) else f"{low:.2f} to {high:.2f}", won)
-        for name, mean, (low, high), won in zip(
-            "ab", found.means, found.intervals, (found.wins, found.losses), strict=True
-        )
-    ]
+    won, rows = (found.wins, found.losses), []
+    for k, (mean, (low, high)) in enumerate(zip(found.means, found.intervals, strict=True)):
+        interval = "" if math.isnan(low) else f"{low:.2f} to {high:.2f}"
+        rows.append(("ab"[k], f"{mean:.3g}", interval, won[k]))
     said = f"{found.better} is better, with {found.confidence:.0%} since pair {found.decided}."
     note = said if found.better else f"After {found.pairs} pairs neither is sure to be better."
     return Summary("", rows, ("", "mean", "interval", "did better"), [note])

@@ -19,6 +19,7 @@ _MOVED = (
     "in {:.0%} of the trials the hand was in the object or the table and got another pose: it may "
     "look better than it is"
 )
+OVERLAP = "{} and {} overlap by {:.2g} mm at the start."
 
 
 def grasp_scores(scores: em.grasps.GraspScores) -> Summary:
@@ -85,15 +86,10 @@ def _grasp_notes(scores: em.grasps.GraspScores) -> list[str]:
 def grasp_comparison(result: em.grasps.GraspComparison) -> Summary:
     """AUC and AP of each score, of the pairs within an object, and how far it is behind."""
     head = ("score", "AUC/AP", "AUC within an object", "behind the probability")
-    rows = [
-        (
-            name,
-            stacked(one.cell),
-            _with_span(one.within, one.within_interval),
-            DASH if one.ahead_interval is None else _with_span(one.ahead, one.ahead_interval),
-        )
-        for name, one in result.scores.items()
-    ]
+    rows = []
+    for name, one in result.scores.items():
+        ahead = DASH if one.ahead_interval is None else _with_span(one.ahead, one.ahead_interval)
+        rows.append((name, stacked(one.cell), _with_span(one.within, one.within_interval), ahead))
     lead = f"{result.held} of {result.grasps} grasps hold ({', '.join(result.objects)})."
     notes = [f"{result.left_out} grasps have no label or no probability."] * (result.left_out > 0)
     return Summary("Which grasps hold", rows, head, notes, lead=lead)
@@ -107,7 +103,6 @@ def _with_span(value: float, interval: tuple[float, float] | None) -> str:
 
 def _against_labels(scores: em.grasps.GraspScores) -> str:
     """The AUC of the probabilities, if there are labels of both kinds."""
-
     try:
         found = em.grasps.compare({"": scores}, columns={"": {}})
     except ValueError:
@@ -126,9 +121,7 @@ def settled(found: em.placing.Settled) -> Summary:
     some = f"{len(rows)} of {len(found.bodies)} bodies move."
     verdict = "Nothing moves." if found.stays else some
     notes = [f"{verdict} Simulated: {found.time:.3g} s, {found.steps} steps."]
-    notes += [
-        f"{a} and {b} overlap by {1e3 * d:.2g} mm at the start." for a, b, d in found.overlaps
-    ]
+    notes += [OVERLAP.format(a, b, 1e3 * depth) for a, b, depth in found.overlaps]
     if found.unconverged:
         notes.append(f"{found.unconverged} steps did not converge.")
     return Summary("", rows, head if rows else (), notes)
@@ -144,19 +137,13 @@ def _of_body(body: em.placing.RestingBody) -> tuple[str, ...]:
 def resting_poses(found: em.placing.RestingPoses) -> Summary:
     """A row for each pose, the most probable first."""
     head = ("pose", "probability", "dropped", "height [mm]", "topples at [deg]", "least work [J]")
-    rows = [
-        (
-            number,
-            f"{one.probability:.3f}",
-            DASH if math.isnan(one.dropped) else f"{one.dropped:.3f}",
-            f"{1e3 * one.height:.1f}",
-            f"{math.degrees(one.largest_tilt):.1f}",
-            f"{one.least_work:.3g} to {min(one.work, key=one.work.__getitem__)}"
-            if one.work
-            else DASH,
-        )
-        for number, one in enumerate(found.poses[:MOST_ROWS])
-    ]
+    rows = []
+    for number, one in enumerate(found.poses[:MOST_ROWS]):
+        dropped = DASH if math.isnan(one.dropped) else f"{one.dropped:.3f}"
+        size = f"{1e3 * one.height:.1f}", f"{math.degrees(one.largest_tilt):.1f}"
+        way = min(one.work, key=one.work.__getitem__, default=None)
+        work = DASH if way is None else f"{one.least_work:.3g} to {way}"
+        rows.append((number, f"{one.probability:.3f}", dropped, *size, work))
     apart = f"they differ from the probabilities by {found.total_variation:.3f} in all."
     notes = [f"Of {found.drops} simulated drops; {apart}"] if found.drops else []
     picture = Picture("plot_resting_pose", found, "the most probable pose") if rows else None

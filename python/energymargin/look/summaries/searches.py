@@ -102,11 +102,8 @@ def capture_probability(found: _core.CaptureProbability) -> Summary:
         low, high = found.interval(which=which)
         return f"{value:.3f} ({low:.3f} to {high:.3f} with 95 % confidence)"
 
-    if found.undisturbed is None:
-        undisturbed = "was not asked for"
-    elif found.undisturbed:
-        undisturbed = "stays captured"
-    else:
+    undisturbed = "stays captured" if found.undisturbed else "was not asked for"
+    if found.undisturbed is False:
         undisturbed = f"leaves at {found.undisturbed_time:.3g} s"
     if found.undisturbed_success is not None:
         undisturbed += ", succeeds" if found.undisturbed_success else ", does not succeed"
@@ -124,8 +121,7 @@ def capture_probability(found: _core.CaptureProbability) -> Summary:
         rows["success at the end"] = with_interval(found.success, "success")
     if found.any is not None:
         rows["captured, at least one object"] = with_interval(found.any.captured, "any")
-    for name, each in found.by_object.items():
-        rows[f"captured, {name}"] = f"{each.captured:.3f}"
+    rows |= {f"captured, {name}": f"{one.captured:.3f}" for name, one in found.by_object.items()}
     rows["rollouts"] = rollouts
     curve = Picture("plot_probability", found, "its curve", {"legend": False})
     return Summary("Probability", list(rows.items()), notes=_notes(found), picture=curve)
