@@ -116,13 +116,9 @@ class BeliefWork:
         values = np.array([row.scores.get(metric, np.nan) for row in rows])
         kept = [row for row, value in zip(rows, values, strict=True) if not np.isnan(value)]
         curves = [row.curves[metric] for row in kept if metric in row.curves]
-        return BeliefScore(
-            metric,
-            values,
-            particles.first(len(rows)),
-            sum(row.times.get(metric, 0.0) for row in rows),
-            (curves[0][0], np.mean([curve for _, curve in curves], axis=0)) if curves else None,
-        )
+        seconds = sum(row.times.get(metric, 0.0) for row in rows)
+        mean = (curves[0][0], np.mean([own for _, own in curves], axis=0)) if curves else None
+        return BeliefScore(metric, values, particles.first(len(rows)), seconds, mean)
 
     def row(self, rows: Sequence[Row]) -> Row:
         """Particles as one row, or what went wrong."""
@@ -132,24 +128,20 @@ class BeliefWork:
         for number, row in enumerate(rows):
             if row.error:
                 return Row(index, error=f"particle {number}: {row.error}")
-        scores = self.scores(rows)
+        found, error = self.scores(rows), None
+        for metric, one in found.items():
+            if too_many_diverged(one.diverged, len(one.values)):
+                which = f"the belief's {metric}"
+                error = error or str(DivergedError(which, one.diverged, len(one.values)))
         return Row(
             index,
-            error=_too_many_diverged(scores),
-            scores={metric: score.mean for metric, score in scores.items()},
-            particles={metric: score.values for metric, score in scores.items()},
-            times={metric: score.seconds for metric, score in scores.items()},
-            curves={metric: s.curve for metric, s in scores.items() if s.curve is not None},
+            error=error,
+            scores={metric: one.mean for metric, one in found.items()},
+            particles={metric: one.values for metric, one in found.items()},
+            times={metric: one.seconds for metric, one in found.items()},
+            curves={metric: one.curve for metric, one in found.items() if one.curve is not None},
             **counts(rows),
         )
-
-
-def _too_many_diverged(scores: BeliefScores) -> str | None:
-    """What is wrong if so many rollouts diverged that a probability says nothing."""
-    for metric, score in scores.items():
-        if too_many_diverged(score.diverged, len(score.values)):
-            return str(DivergedError(f"the belief's {metric}", score.diverged, len(score.values)))
-    return None
 
 
 particle_chunk = partial(score_chunk, most_diverged=ANY)

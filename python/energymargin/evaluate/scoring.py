@@ -113,12 +113,10 @@ def _warn_of_steps(table: ScoreTable, problems: Mapping[int, Problem]) -> None:
         return
     lengths = np.array([problems[index].scene.step for index in table.index.tolist()])
     for rows in (lengths == length for length in np.unique(lengths)):
-        warn_of_steps(
-            steps=int(table.steps[rows].sum()),
-            unconverged=int(table.unconverged[rows].sum()),
-            lost_time=float(table.lost_time[rows].sum()),
-            scene=problems[int(table.index[rows][0])].scene,
-        )
+        counts = int(table.steps[rows].sum()), int(table.unconverged[rows].sum())
+        lost_time = float(table.lost_time[rows].sum())
+        scene = problems[int(table.index[rows][0])].scene
+        warn_of_steps(*counts, lost_time, scene)
 
 
 def _indices(indices: Sequence[int] | None, problems: int) -> Sequence[int]:

@@ -11,6 +11,7 @@ import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -96,17 +97,12 @@ class Block(Record):
         absent = columns["captured_any"] == NO_LABEL
         if absent.any() and not absent.all():
             raise ValueError("some of its frames have a label of at least one object, others none")
-        return Trajectory(
-            times=columns["times"],
-            states=columns["states"].reshape(row["frames"], row["width"]),
-            contacts=_Contacts(columns["contacts"], columns["contact_counts"], self.bodies),
-            captured=columns["captured"],
-            success=bool(row["success"]),
-            params=params,
-            seed=int(row["seed"]),
-            captured_any=None if absent.any() else columns["captured_any"].astype(bool),
-            success_any=None if row["success_any"] == NO_LABEL else bool(row["success_any"]),
-        )
+        states = columns["states"].reshape(row["frames"], row["width"])
+        contacts = _Contacts(columns["contacts"], columns["contact_counts"], self.bodies)
+        frames = columns["times"], states, contacts, columns["captured"]
+        some = None if absent.any() else columns["captured_any"].astype(bool)
+        any_end = None if row["success_any"] == NO_LABEL else bool(row["success_any"])
+        return Trajectory(*frames, bool(row["success"]), params, int(row["seed"]), some, any_end)
 
     def check(self) -> None:
         """Raises ValueError unless the entries fit together."""
@@ -180,17 +176,13 @@ class BodyNames:
 def as_block(trajectories: Sequence[Trajectory]) -> Block:
     """A block of these trajectories. Raises ValueError on a seed of more than 64 bits."""
     bodies: dict[str, int] = {}
-    entries = [_entries(trajectory, bodies) for trajectory in trajectories]
-    rows = [
-        (
-            *np.shape(trajectory.states),
-            *(len(own["contacts"]), len(own["params"])),
-            whole_number("seed", trajectory.seed, -(2**63), 2**63 - 1),
-            trajectory.success,
-            NO_LABEL if trajectory.success_any is None else trajectory.success_any,
-        )
-        for trajectory, own in zip(trajectories, entries, strict=True)
-    ]
+    entries, rows = [], []
+    for one in trajectories:
+        entries.append(own := _entries(one, bodies))
+        seed = whole_number("seed", one.seed, -(2**63), 2**63 - 1)
+        counts = *np.shape(one.states), len(own["contacts"]), len(own["params"])
+        any_end = NO_LABEL if one.success_any is None else one.success_any
+        rows.append((*counts, seed, one.success, any_end))
     joined = {
         name: np.concatenate([np.zeros(0, kind), *(own[name] for own in entries)])
         for name, (_, kind) in COLUMNS.items()
@@ -261,12 +253,8 @@ def _contact_columns(
         for name in ("body_a", "body_b"):
             rows[name] = np.array(numbers, dtype=np.uint32)[rows[name]] if len(rows) else 0
         return rows, contacts.counts
-    entries = [
-        (
-            *(bodies.setdefault(name, len(bodies)) for name in (contact.body_a, contact.body_b)),
-            *(getattr(contact, name) for name in CONTACT_NUMBERS),
-        )
-        for frame in contacts
-        for contact in frame
-    ]
+    entries = []
+    for contact in chain.from_iterable(contacts):
+        pair = (bodies.setdefault(n, len(bodies)) for n in (contact.body_a, contact.body_b))
+        entries.append((*pair, *(getattr(contact, name) for name in CONTACT_NUMBERS)))
     return np.array(entries, dtype=CONTACT), np.array([len(frame) for frame in contacts], np.int64)

@@ -236,16 +236,13 @@ def evaluate(
     successes = {metric: cell_of(own, weights) for metric, own in trajectories.items()}
     whole = min((len(own.scores) for own in trajectories.values()), default=members)
     missing = np.any([np.isnan(values) for values in labelled.scores.values()], axis=0)
+    of_all, probable, of_any = map(successes.get, pairing.SUCCESSES)
     return Evaluation(
-        task=labelled.task,
-        frames=tuple(frames),
-        states=states,
-        success=successes.get(pairing.SUCCESS),
-        missing=int(missing.sum()),
+        *(labelled.task, tuple(frames), states, of_all, int(missing.sum())),
         missing_trajectories=members - whole,
-        success_any=successes.get(pairing.SUCCESS + ANY),
+        success_any=of_any,
         last=last,
-        probable_success=successes.get(pairing.PROBABLE_SUCCESS),
+        probable_success=probable,
         asks=labelled.asks,
         among=among,
         clipped=clipped,

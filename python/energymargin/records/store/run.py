@@ -151,12 +151,11 @@ class Run(Summarized):
     def known_problems(self, numbers: Sequence[int]) -> dict[int, bytes]:
         """Digests of the problems that some states made before, by their numbers, which rise."""
         listed = ", ".join(map(str, numbers))
-        return dict(
-            self._database.execute(
-                "SELECT number, digest FROM posed JOIN problems ON problem = problems.id "
-                f"WHERE {self._place} AND number IN ({listed}) ORDER BY number"
-            )
+        rows = self._database.execute(
+            "SELECT number, digest FROM posed JOIN problems ON problem = problems.id "
+            f"WHERE {self._place} AND number IN ({listed}) ORDER BY number"
         )
+        return dict(rows)
 
     def forget_problems(self) -> None:
         """Forgets which problems all states made before."""
@@ -181,11 +180,9 @@ class Run(Summarized):
                 posed = f"SELECT problem FROM posed WHERE {self._place} AND number = {row.index}"
                 problem = self.store.value(posed)
                 for table, values in self._inserted(row):
-                    self._database.execute(
-                        f"INSERT INTO {table} VALUES (?, ?{', ?' * len(values)}) "
-                        "ON CONFLICT DO NOTHING",
-                        (problem, row.index, *values),
-                    )
+                    marks = f"VALUES (?, ?{', ?' * len(values)}) ON CONFLICT DO NOTHING"
+                    entry = (problem, row.index, *values)
+                    self._database.execute(f"INSERT INTO {table} {marks}", entry)
 
     def _inserted(self, row: Row) -> Iterator[tuple[str, tuple[Any, ...]]]:
         """The table of each value of a row, and its columns from the question on."""
@@ -306,18 +303,12 @@ class Run(Summarized):
         rows = ((row.trajectory, *row[2:6], *row.scores) for row in self.rows())
         kind = np.dtype((float, 5 + len(self.metrics)))
         columns = np.fromiter(rows, kind, self.states).T.copy()  # None becomes NaN
-        trajectory, captured, success, captured_any, success_any, *scores = columns
-        return LabelledScores(
-            task=self.task,
-            trajectory=trajectory.astype(np.int64),
-            captured=captured.astype(bool),
-            success=success.astype(bool),
-            scores=dict(zip(self.metrics, scores, strict=True)),
-            captured_any=None if np.isnan(captured_any).any() else captured_any.astype(bool),
-            success_any=None if np.isnan(success_any).any() else success_any.astype(bool),
-            asks=self._asks(),
-            frames=None if self.future is None else self.future.frames,
-        )
+        trajectory, captured, success, *of_any = columns[:5]
+        some, any_end = (None if np.isnan(own).any() else own.astype(bool) for own in of_any)
+        scores = dict(zip(self.metrics, columns[5:], strict=True))
+        labels = trajectory.astype(np.int64), captured.astype(bool), success.astype(bool)
+        asks, frames = self._asks(), None if self.future is None else self.future.frames
+        return LabelledScores(self.task, *labels, scores, some, any_end, asks, frames)
 
     def why_not_of(self, dataset: Dataset, name: str, scores: str) -> str:
         """Why it did not score this dataset, empty if it did; `name` and `scores` are those of the

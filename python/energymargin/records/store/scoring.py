@@ -12,6 +12,7 @@ import numpy as np
 
 from energymargin._core import Cancel, Problem
 from energymargin.base.aliases import AnyPath
+from energymargin.base.bars import Update
 from energymargin.base.limits import Limit
 from energymargin.base.metrics import CLOCKLESS, TIMED
 from energymargin.base.plausibility import warn
@@ -228,9 +229,7 @@ def _digest(run: Run, number: int, problem: Problem) -> bytes:
 class _MissingScores:
     """All that a run lacks, in the order of the states; where its scores go."""
 
-    def __init__(
-        self, dataset: Dataset, run: Run, scored: int, progress: Callable[[int, int], None]
-    ) -> None:
+    def __init__(self, dataset: Dataset, run: Run, scored: int, progress: Update) -> None:
         self.errors: dict[int, str] = {}
         """By the number of the state, what went wrong."""
         self.left_out: dict[int, str] = {}
