@@ -148,10 +148,10 @@ def shares(points: Floats, inputs: Sequence[int], scores: Floats) -> list[Share]
     """
     differ = bool(np.isfinite(scores).all()) and np.ptp(scores) > 0
     ends = np.cumsum(inputs, dtype=int)
-    return [
-        _share_of(points[:, end - size : end], scores) if differ else Share(np.nan, np.nan)
-        for size, end in zip(inputs, ends, strict=True)
-    ]
+    if not differ:
+        return [Share(np.nan, np.nan)] * len(inputs)
+    spans = zip(ends - inputs, ends, strict=True)
+    return [_share_of(points[:, begin:end], scores) for begin, end in spans]
 
 
 def _share_of(columns: Floats, scores: Floats) -> Share:

@@ -101,12 +101,8 @@ class SearchSettings:
 
     def of(self, metric: str) -> dict[str, Any]:
         """Those that change the value of one metric, by which stores know its question."""
-        names = settings_of(metric)
-        return {
-            name: value
-            for name, value in self.all().items()
-            if name in names and not (name in LATER and value == LATER[name])
-        }
+        known = [(name, getattr(self, name)) for name in settings_of(metric)]
+        return {name: own for name, own in known if name not in LATER or own != LATER[name]}
 
     @property
     def disturbance(self) -> Uniform:

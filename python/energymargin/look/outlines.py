@@ -48,11 +48,10 @@ def outlines_of(shape: Any, pose: Pose, plane: Plan) -> list[Floats]:
 
 def spring_ends(scene: Scene, poses: Mapping[str, Pose]) -> Floats:
     """Where the springs are fastened [m], shape (N, 2, 3)."""
-    ends = [
-        placed(np.array([point]), poses[body], AXES)
-        for spring in scene.springs
-        for body, point in ((spring.body_a, spring.point_a), (spring.body_b, spring.point_b))
-    ]
+    ends = []
+    for spring in scene.springs:
+        ends.append(placed(np.array([spring.point_a]), poses[spring.body_a], AXES))
+        ends.append(placed(np.array([spring.point_b]), poses[spring.body_b], AXES))
     return np.reshape(ends, (-1, 2, 3))
 
 

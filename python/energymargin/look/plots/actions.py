@@ -44,10 +44,8 @@ def plot_ranking(ranking: Ranking, ax: Axes | None = None) -> Axes:
     lines = [line for name in names for line in name.split("\n")]
     width = 4.2 + LETTER * max(map(len, lines))
     ax = styles.axes_or_new(ax, width, 1.5 + LINE * len(lines) + BETWEEN * len(names))
-    colors = [
-        BEST if row == 0 else ALIKE if standing.name in ranking.confidence_set else WORSE
-        for row, standing in enumerate(ranking)
-    ]
+    colors = [ALIKE if one.name in ranking.confidence_set else WORSE for one in ranking]
+    colors[0] = BEST
     edge = _scale(ax, ranking)
     for row, (standing, color) in enumerate(zip(ranking, colors, strict=True)):
         _draw_standing(ax, row, standing, color, edge)
@@ -268,10 +266,9 @@ def plot_critical_values(limits: CriticalValues, *, ax: Axes | None = None) -> A
     A quantity that holds in the whole range that was asked is a pale bar from edge to edge. Returns
     `ax`, or the axes of a new figure. Raises ValueError on another thing than CriticalValues.
     """
-    rows = sorted(
-        zip(limits, limits.nominals, limits.margins, strict=True),
-        key=lambda row: np.inf if np.isnan(row[2]) else row[2],
-    )
+    order = np.argsort(limits.margins, kind="stable")  # those that are not known at the end
+    every = list(zip(limits, limits.nominals, limits.margins, strict=True))
+    rows = [every[k] for k in order]
     ax = styles.axes_or_new(ax, 6.4, 1.2 + BAR * len(limits))
     marks = [_marks(one, nominal) for one, nominal, _ in rows]
     edge = 1.15 * max([1e-3, *(abs(share) for row in marks for _, *at in row for share in at)])

@@ -182,13 +182,9 @@ def tables(results: Iterable[em.evaluation.Evaluation]) -> Iterator[em.summary.S
 def rendered(name: str, page: Mapping[str, Any]) -> str:
     """A page as HTML, by a template of this package that fills base.html. Whatever comes from files
     is escaped by it."""
-    environment = Environment(
-        loader=PackageLoader("energymargin.look", "report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    loader, strict = PackageLoader("energymargin.look", "report"), {"undefined": StrictUndefined}
+    blocks: dict[str, Any] = {"trim_blocks": True, "lstrip_blocks": True, **strict}
+    environment = Environment(loader=loader, autoescape=True, **blocks)
     versions = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
     return environment.get_template(name).render(page, versions=versions)
 

@@ -194,11 +194,9 @@ def _about_files(subject: Subject, output: Path) -> Iterator[Notice]:
             shlex.join(words),
         )
     if not subject.run.up_to_date:
-        yield Notice(
-            f"The scores are of algorithm {subject.run.algorithm}, and this energymargin has "
-            f"{em.searches.algorithm()}: the trees in the pictures are searched again and may "
-            "differ."
-        )
+        text = f"The scores are of algorithm {subject.run.algorithm}, and this energymargin has "
+        way = "the trees in the pictures are searched again and may differ."
+        yield Notice(f"{text}{em.searches.algorithm()}: {way}")
 
 
 def _command(subject: Subject, metrics: Sequence[str] | None) -> str | None:

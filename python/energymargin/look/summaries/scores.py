@@ -17,10 +17,8 @@ from energymargin.evaluate.futures import disturbance_in_words
 
 def score_table(scores: em.ScoreTable) -> Summary:
     """The first problems' scores, a row each."""
-    rows = [
-        (int(scores.index[i]), *(value_text(m, values[i]) for m, values in scores.scores.items()))
-        for i in range(min(len(scores), MOST_ROWS))
-    ]
+    columns = [[value_text(m, v) for v in own[:MOST_ROWS]] for m, own in scores.scores.items()]
+    rows = list(zip(scores.index[:MOST_ROWS].tolist(), *columns, strict=True))
     notes = [f"{float(np.sum(scores.seconds)):.3g} s of computing."]
     head = ("problem", *map(named, scores.scores))
     return Summary("Scores", rows, head, notes, total=len(scores))
@@ -33,10 +31,8 @@ def labelled_scores(labelled: em.evaluation.LabelledScores) -> Summary:
     rows = [(named(name), *_counts(values)) for name, values in labelled.scores.items()]
     members = labelled.by_trajectory() if states else []
     good = sum(bool(labelled.success[own[-1]]) for own in members)
-    note = (
-        f"Captured: {int(labelled.captured.sum())} of {states} states; "
-        f"successful: {good} of {len(members)} trajectories."
-    )
+    note = f"Captured: {int(labelled.captured.sum())} of {states} states; "
+    note += f"successful: {good} of {len(members)} trajectories."
     return Summary(f"Labelled scores of {labelled.task}", rows, head, [note])
 
 

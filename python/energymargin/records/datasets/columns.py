@@ -88,10 +88,7 @@ class Block(Record):
     def trajectory(self, index: int) -> Trajectory:
         """One trajectory. Raises ValueError if its entries do not fit together."""
         row = self.rows[index]
-        columns = {
-            name: self.columns[name][self.starts[counter][index] : self.starts[counter][index + 1]]
-            for name, (counter, _) in COLUMNS.items()
-        }
+        columns = between(self.columns, self.starts, index, index + 1)
         params = json.loads(columns["params"].tobytes())
         check_type("params", params, dict, "a table of numbers by their names")
         absent = columns["captured_any"] == NO_LABEL
@@ -121,6 +118,14 @@ def starts(rows: NDArray[np.void]) -> dict[str, Ints]:
     counts = {name: rows[name] for name in ("frames", "contact_count", "params_bytes")}
     counts["values"] = rows["frames"] * rows["width"]
     return {name: np.concatenate([[0], np.cumsum(count)]) for name, count in counts.items()}
+
+
+def between(
+    columns: Mapping[str, Any], starts: Mapping[str, Ints], first: int, last: int
+) -> dict[str, Any]:
+    """The entries of the trajectories from the first on, before the last, in each column."""
+    counters = {name: counter for name, (counter, _) in COLUMNS.items()}
+    return {n: columns[n][starts[c][first] : starts[c][last]] for n, c in counters.items()}
 
 
 def cuts(frames: Ints) -> list[int]:

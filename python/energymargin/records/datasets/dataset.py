@@ -73,10 +73,8 @@ class Dataset(Closing, Summarized):
 
     def __repr__(self) -> str:
         """Task, parameters, seed, and how many trajectories and states."""
-        return (
-            f"Dataset(task={self.task!r}, parameters={self.parameters!r}, seed={self.seed}, "
-            f"trajectories={len(self.trajectories)}, states={self.size})"
-        )
+        made = f"task={self.task!r}, parameters={self.parameters!r}, seed={self.seed}"
+        return f"Dataset({made}, trajectories={len(self.trajectories)}, states={self.size})"
 
     @property
     def lengths(self) -> Ints:
@@ -249,9 +247,8 @@ class Dataset(Closing, Summarized):
         try:
             if future is not None:
                 return future.problem(self._made, trajectory, k)
-            return self._made.problem(
-                trajectory.states[k], trajectory.params, trajectory.contacts[k]
-            )
+            recorded = trajectory.states[k], trajectory.params, trajectory.contacts[k]
+            return self._made.problem(*recorded)
         except ValueError as error:
             raise StateError(f"trajectory {t}, frame {k}: {error}") from error
 

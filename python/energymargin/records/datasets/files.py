@@ -139,26 +139,19 @@ class Recorded(Sequence[Trajectory]):
             raise ValueError(f"{self.path} is closed: read from it before, or open it again")
         first, last = self._cuts[number], self._cuts[number + 1]
         with reading(self.path):
-            entries = {
-                name: self._file[name][self._starts[counter][first] : self._starts[counter][last]]
-                for name, (counter, _) in columns.COLUMNS.items()
-            }
+            entries = columns.between(self._file, self._starts, first, last)
             block = columns.Block(self.rows[first:last], entries, self._bodies)
             block.check()
         return block
 
 
 def _write_blocks(file: h5py.File, sink: Sink, blocks: Iterable[columns.Block]) -> None:
-    kinds = {
-        "trajectories": columns.ROW,
-        **{name: kind for name, (_, kind) in columns.COLUMNS.items()},
-    }
+    kinds = {name: kind for name, (_, kind) in columns.COLUMNS.items()}
     made = {}
-    for name, kind in kinds.items():
+    for name, kind in {"trajectories": columns.ROW, **kinds}.items():
         chunk = (max(1, CHUNK_BYTES // kind.itemsize),)
-        made[name] = file.create_dataset(
-            name, (0,), kind, chunks=chunk, maxshape=(None,), **_PACKED
-        )
+        grows: dict[str, Any] = {"chunks": chunk, "maxshape": (None,), **_PACKED}
+        made[name] = file.create_dataset(name, (0,), kind, **grows)
     bodies = columns.BodyNames()
     for block in blocks:
         contacts = bodies.renumbered(block)

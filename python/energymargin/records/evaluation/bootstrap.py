@@ -63,10 +63,8 @@ def auc_ap_draws(
     labels, trajectory = labels[order], trajectory[order]
     small = weights.astype(np.int32)  # what takes the time is memory
     block = max(1, MOST_WEIGHTS // len(trajectory))
-    draws = [
-        weighted_auc_ap(labels, small[start : start + block].take(trajectory, axis=1), first)
-        for start in range(0, len(weights), block)
-    ]
+    blocks = (small[start : start + block] for start in range(0, len(weights), block))
+    draws = [weighted_auc_ap(labels, own.take(trajectory, axis=1), first) for own in blocks]
     aucs, aps = (np.concatenate(values) for values in zip(*draws, strict=True))
     return aucs, aps
 

@@ -209,11 +209,9 @@ def compared_trajectories(labelled: LabelledScores, metric: str, last: int) -> C
     """
     scores, success = _paired(labelled, metric, labelled.success, labelled.success_any)
     members = labelled.by_trajectory()
-    return _there(
-        np.array([trajectory_score(scores[states], last) for states in members]),
-        np.array([success[states[-1]] for states in members]),
-        np.arange(len(members)),
-    )
+    whole = np.array([trajectory_score(scores[states], last) for states in members])
+    ends = np.array([success[states[-1]] for states in members])
+    return _there(whole, ends, np.arange(len(members)))
 
 
 def _paired(

@@ -106,12 +106,10 @@ class Evaluation(Record, Summarized):
     @property
     def trajectories(self) -> dict[str, Cell]:
         """By score, the cells that are there of whole trajectories."""
-        cells = {
-            pairing.SUCCESS: self.success,
-            pairing.PROBABLE_SUCCESS: self.probable_success,
-            pairing.SUCCESS + ANY: self.success_any,
-        }
-        return {score: cell for score, cell in cells.items() if cell is not None}
+        cells = zip(
+            pairing.SUCCESSES, (self.success, self.probable_success, self.success_any), strict=True
+        )
+        return {score: cell for score, cell in cells if cell is not None}
 
     def to_csv(self) -> str:
         """One line a cell, in full precision; what is not there is empty."""
@@ -119,17 +117,13 @@ class Evaluation(Record, Summarized):
 
     def csv_rows(self) -> list[list[Any]]:
         """The lines of `to_csv`, with CSV_COLUMNS."""
-        cells: list[tuple[str, int | str, Cell | None]] = [
-            (score, horizon, cell)
-            for score, by_horizon in self.states.items()
-            for horizon, cell in by_horizon.items()
-        ]
-        there = {
-            pairing.SUCCESS: self.among == "all",
-            pairing.PROBABLE_SUCCESS: self.probable_success is not None,
-            pairing.SUCCESS + ANY: self.success_any or (self.several and self.among == "all"),
-        }
-        cells += [(score, "", self.trajectories.get(score)) for score in there if there[score]]
+        cells: list[tuple[str, int | str, Cell | None]] = []
+        for score, row in self.states.items():
+            cells += [(score, horizon, cell) for horizon, cell in row.items()]
+        of_all = self.among == "all"
+        asked = of_all, self.probable_success, self.success_any or (self.several and of_all)
+        there = [score for score, own in zip(pairing.SUCCESSES, asked, strict=True) if own]
+        cells += [(score, "", self.trajectories.get(score)) for score in there]
         return [[score, self.among, h, *csv_fields(cell)] for score, h, cell in cells]
 
     @property
@@ -145,17 +139,11 @@ class Evaluation(Record, Summarized):
             numbers = ", ".join(str(one.counted) for one in self.counts.values())
             return numbers and f"States that count, by h: {numbers}."
         ((frames, one),) = self.counts.items()
-        reasons = [
-            (one.lost, "lost already"),
-            (one.short, f"with fewer than {frames} frames left"),
-            (one.unscored, "without a score"),
-        ]
-        out = ", ".join(f"{number} {why}" for number, why in reasons if number)
+        reasons = ("lost already", f"with fewer than {frames} frames left", "without a score")
+        out = ", ".join(f"{n} {why}" for n, why in zip(one[2:], reasons, strict=True) if n)
         stay = "stays" if one.positives == 1 else "stay"
-        text = (
-            f"{one.counted} of {sum(one) - one.positives} states count, of which {one.positives} "
-            f"{stay} captured{f'; left out are {out}' if out else ''}."
-        )
+        text = f"{one.counted} of {sum(one) - one.positives} states count, of which "
+        text += f"{one.positives} {stay} captured{f'; left out are {out}' if out else ''}."
         alone = one.positives in (0, one.counted)
         return f"{text} With one label alone no score can tell them apart." if alone else text
 
@@ -228,18 +216,15 @@ def evaluate(
             progress(done, len(cells))
         compared = pairing.compared_states(labelled, metric, horizon, among=among, clipped=clipped)
         states[metric][horizon] = cell_of(compared, weights)
-    trajectories = {
-        metric: pairing.compared_trajectories(labelled, metric, last)
-        for metric in pairing.SUCCESSES
-        if among == "all" and metric in labelled.scores
-    }
+    whole = [m for m in pairing.SUCCESSES if among == "all" and m in labelled.scores]
+    trajectories = {m: pairing.compared_trajectories(labelled, m, last) for m in whole}
     successes = {metric: cell_of(own, weights) for metric, own in trajectories.items()}
-    whole = min((len(own.scores) for own in trajectories.values()), default=members)
+    scored = min((len(own.scores) for own in trajectories.values()), default=members)
     missing = np.any([np.isnan(values) for values in labelled.scores.values()], axis=0)
     of_all, probable, of_any = map(successes.get, pairing.SUCCESSES)
     return Evaluation(
         *(labelled.task, tuple(frames), states, of_all, int(missing.sum())),
-        missing_trajectories=members - whole,
+        missing_trajectories=members - scored,
         success_any=of_any,
         last=last,
         probable_success=probable,

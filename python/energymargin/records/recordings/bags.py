@@ -244,10 +244,8 @@ def _require_one_clock(source: FileSource, seen: Mapping[str, pd.DataFrame]) -> 
     first = next(iter(seen))
     for other in [topic for topic in seen if topic != first]:
         pair = {topic: seen[topic]["time"] / NANOSECONDS for topic in (first, other)}
-        spans = [
-            f"those of {topic!r} are from {own.min():.10g} to {own.max():.10g} s"
-            for topic, own in pair.items()
-        ]
+        span = "those of {!r} are from {:.10g} to {:.10g} s"
+        spans = [span.format(topic, own.min(), own.max()) for topic, own in pair.items()]
         told = f"{' and '.join(spans)}: is one of them in simulated time (use_sim_time)"
         if max(own.min() for own in pair.values()) > min(own.max() for own in pair.values()):
             raise source.error(f"the times of two topics have nothing in common, {told}?")

@@ -276,10 +276,8 @@ def _motion(source: FileSource, times: Floats, track: _Track, at: Floats, rules:
     made = se3.to_velocities(smooth.values)
     origin = (0, 0, 0) if rules.origin is None else rules.origin
     placed, turn = se3.moved(se3.units(smooth.values), origin)
-    covariances = [
-        (turn @ made * variances[:, None]) @ (turn @ made).transpose(0, 2, 1)
-        for variances in (smooth.variances, smooth.rate_variances)
-    ]
+    turned, errors = turn @ made, (smooth.variances, smooth.rate_variances)
+    covariances = [(turned * own[:, None]) @ turned.transpose(0, 2, 1) for own in errors]
     velocities = (made @ smooth.rates[:, :, None])[:, :, 0]
     if rates is None:
         return Motion(placed, velocities @ turn.T, *covariances)
@@ -298,10 +296,8 @@ def _require_agreement(
     turns = 2 if len(names) == 3 else 3  # where rates of turns begin, in the plane or in space
     parts = zip((slice(turns), slice(turns, None)), LEAST_DISAGREEMENT, strict=True)
     for columns, least in parts:
-        own, of_poses, apart = (
-            float(np.sqrt(np.mean(np.sum(np.square(rates[:, columns]), axis=1))))
-            for rates in (given, derived, given - derived)
-        )
+        squares = (np.square(rates[:, columns]) for rates in (given, derived, given - derived))
+        own, of_poses, apart = (float(np.sqrt(np.mean(np.sum(s, axis=1)))) for s in squares)
         if apart > DISAGREEMENT * max(own, of_poses) + least:
             raise source.error(
                 f"{', '.join(names[columns])} contradict the poses: {own:.3g} a second (root mean "

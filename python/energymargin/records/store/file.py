@@ -56,11 +56,8 @@ class ScoreStore(AnswerFile, Summarized):
         """The run about the states as they are that has the dataset, belief and settings of this
         one, which has a horizon; of several one that is up to date, with most metrics; None if
         there is none."""
-        alike = [
-            other
-            for other in self.runs()
-            if other.future is None and other.common_settings == run.common_settings
-        ]
+        others = (other for other in self.runs() if other.future is None)
+        alike = [other for other in others if other.common_settings == run.common_settings]
         best = max(alike, key=lambda one: (one.up_to_date, len(one.metrics)), default=None)
         return None if run.future is None else best
 
@@ -103,10 +100,8 @@ class ScoreStore(AnswerFile, Summarized):
             for run in self.runs():
                 if (run.dataset, run.future_number, run.questions) == (number, ahead, asked):
                     return run
-            cursor = self.database.execute(
-                "INSERT INTO runs (dataset, future, settings) VALUES (?, ?, ?)",
-                (number, ahead, _json(settings)),
-            )
+            insert = "INSERT INTO runs (dataset, future, settings) VALUES (?, ?, ?)"
+            cursor = self.database.execute(insert, (number, ahead, _json(settings)))
             pairs = [(cursor.lastrowid, one) for one in asked]
             self.database.executemany("INSERT INTO asked VALUES (?, ?)", pairs)
             assert cursor.lastrowid is not None  # it was just inserted

@@ -203,10 +203,8 @@ class Run(Summarized):
     def times(self) -> dict[str, float]:
         """Computing time of each metric, of all states [s]; the first of those that share a search
         has all of it."""
-        return {
-            metric: float(self._answers("scores", "total(seconds)", metric).fetchone()[0])
-            for metric in self.metrics
-        }
+        totals = {m: self._answers("scores", "total(seconds)", m).fetchone() for m in self.metrics}
+        return {metric: float(total) for metric, (total,) in totals.items()}
 
     def rows(self) -> Iterator[ScoredState]:
         """All states, in the order of their numbers."""
