@@ -80,7 +80,11 @@ def demo(
     if find_spec("matplotlib") is None:
         say(escape("Pictures of all that need matplotlib: pip install 'energymargin[plots]'"))
     else:
-        _draw(dataset, labelled, settings, scores, output)
+        trees = em.plots.figure_trees(dataset, settings.nodes, settings.seed)
+        replace_figure(output / "qualitative.png", trees)
+        replace_figure(output / "scores.png", em.plots.figure_along(dataset, labelled))
+        replace_figure(output / "grip.png", em.plots.figure_grasp(scores, scores.best), dpi=150)
+        write_plot(output / "grips.png", em.plots.plot_grasps(scores))
     if find_spec("skimage") is not None:
         with share_bar() as tell:
             page = em.viewer.view(scores, scoring=lambda share: tell("The grips as a page", share))
@@ -92,21 +96,6 @@ def demo(
         "Next: `energymargin grasps FILE --hand panda --object MESH --mass KG` ranks grasps of "
         "yours, `energymargin settle SCENE.xml` says what is at rest, `energymargin --help` has all"
     )
-
-
-def _draw(
-    dataset: em.datasets.Dataset,
-    labelled: em.evaluation.LabelledScores,
-    settings: em.SearchSettings,
-    scores: em.grasps.GraspScores,
-    output: Path,
-) -> None:
-    """Pictures of pushes and grips."""
-    trees = em.plots.figure_trees(dataset, settings.nodes, settings.seed)
-    replace_figure(output / "qualitative.png", trees)
-    replace_figure(output / "scores.png", em.plots.figure_along(dataset, labelled))
-    replace_figure(output / "grip.png", em.plots.figure_grasp(scores, scores.best), dpi=150)
-    write_plot(output / "grips.png", em.plots.plot_grasps(scores))
 
 
 def _is_there(path: Path, trajectories: int, seed: int) -> bool:

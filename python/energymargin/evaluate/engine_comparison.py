@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel, CaptureProbability, Problem, World
 from energymargin.base.aliases import Floats
+from energymargin.base.bars import Update
 from energymargin.base.checks import shown
 from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
@@ -127,9 +128,7 @@ def _state_names(scene: Any) -> list[str]:
     return bodies + [joint.name for joint in scene.joints if joint.type != "fixed"]
 
 
-def _counted(
-    progress: Callable[[int, int], None], number: int, engines: int
-) -> Callable[[int, int], None]:
+def _counted(progress: Update, number: int, engines: int) -> Update:
     """The progress of one engine, as that of all."""
     return lambda done, total: progress(number * total + done, engines * total)
 

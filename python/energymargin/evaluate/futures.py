@@ -39,6 +39,13 @@ class Undisturbed(NamedTuple):
             return None
         return min(int(np.searchsorted(self.times, self.exit - 1e-9)), len(self.times) - 1)
 
+    @property
+    def words(self) -> str:
+        """What becomes of the objects: "undisturbed it leaves at 0.52 s"."""
+        if self.exit is None:
+            return f"undisturbed it stays captured for {self.times[-1]:.3g} s"
+        return f"undisturbed it leaves at {self.exit:.3g} s"
+
 
 def or_success(problem: Problem) -> Problem:
     """The question whether the objects are lost, other than by success: a state in the success set

@@ -12,6 +12,7 @@ from typing import Any, Literal
 
 import energymargin._core as core
 from energymargin.base.aliases import Floats
+from energymargin.base.bars import Update
 from energymargin.base.checks import core_count
 from energymargin.base.doors import check_doors
 from energymargin.disturbances import Disturbance, Uniform
@@ -375,9 +376,7 @@ def stream(seed: int, number: int) -> int:
     return core.stream(**locals())
 
 
-def _counted(
-    progress: Callable[[int, int], None] | None, *factors: int
-) -> Callable[[int], None] | None:
+def _counted(progress: Update | None, *factors: int) -> Callable[[int], None] | None:
     """The function of the number done that tells `progress` the total too. What is no function is
     the core's to refuse."""
     if not callable(progress):

@@ -137,7 +137,7 @@ def test_the_text_names_horizon_plan_and_exit():
         "at least 0.05 s",
         "velocities",
         "of pusher",
-        f"undisturbed it leaves at {future.exit:.2f} s",
+        f"undisturbed it leaves at {future.exit:.3g} s",
     ):
         assert words in text
     assert "undisturbed it stays captured" in future_text(resting(), undisturbed(resting()))

@@ -22,7 +22,7 @@ from energymargin.evaluate.belief_scores import BeliefScore
 from energymargin.evaluate.engine_comparison import EngineComparison
 from energymargin.evaluate.futures import Undisturbed, undisturbed
 from energymargin.look import outlines
-from energymargin.look.outlines import Plan, plane_for, view_of
+from energymargin.look.outlines import Limits, Plan, plane_for, view_of
 from energymargin.look.plots import styles
 from energymargin.look.plots.scenes import (
     draw_bodies,
@@ -184,8 +184,8 @@ def plot_future(
     problem: Problem,
     *,
     ax: Axes | None = None,
-    plane: outlines.Plan | None = None,
-    limits: outlines.Limits | None = None,
+    plane: Plan | None = None,
+    limits: Limits | None = None,
     legend: bool | None = None,
 ) -> Axes:
     """The state of a problem with a horizon, and the undisturbed future from there.
@@ -206,18 +206,13 @@ def plot_future(
     ax = styles.axes_or_new(ax, *FUTURE_SIZE)
     plot_state(problem, ax=ax, plane=plane, limits=limits, legend=False)
     lines = _draw_future(ax, problem, future, plane)
-    title = f"undisturbed it stays captured for {future.times[-1]:.3g} s"
-    if future.exit is not None:
-        title = f"undisturbed it leaves at {future.exit:.3g} s"
-    ax.set_title(title, fontsize=10)
+    ax.set_title(future.words, fontsize=10)
     if legend:
         styles.draw_legend(ax, "below", [*state_legend(problem, tree=False), *lines])
     return ax
 
 
-def _draw_future(
-    ax: Axes, problem: Problem, future: Undisturbed, plane: outlines.Plan
-) -> list[Line2D]:
+def _draw_future(ax: Axes, problem: Problem, future: Undisturbed, plane: Plan) -> list[Line2D]:
     draw_ghost(ax, problem.scene, future.states[-1], plane)
     leaves, left = future.exit_moment, leaving_objects(problem, future)
     lines = []

@@ -15,6 +15,7 @@ from energymargin._core import Plane, Problem, Scene
 from energymargin.base.aliases import Floats, Mask
 from energymargin.evaluate.futures import Undisturbed
 from energymargin.look import outlines
+from energymargin.look.outlines import Limits, Plan
 from energymargin.look.plots.styles import BODY_COLORS, LOST_COLOR
 from energymargin.model.scenes import body_poses
 from energymargin.regions import Region
@@ -26,9 +27,7 @@ LOST: dict[str, Any] = {"fill": False, "edgecolor": LOST_COLOR, "linewidth": 1.2
 """The looks of a joint, and of an object that has left."""
 
 
-def draw_bodies(
-    ax: Axes, scene: Scene, state: Floats, plane: outlines.Plan, limits: outlines.Limits
-) -> None:
+def draw_bodies(ax: Axes, scene: Scene, state: Floats, plane: Plan, limits: Limits) -> None:
     """All bodies in a state, with springs and joints; of an endless body what is in view."""
     poses = body_poses(scene, state)
     for body in scene.bodies:
@@ -46,29 +45,27 @@ def draw_bodies(
             ax.plot(*place, "o", color=color, zorder=3.2, **RING)
 
 
-def set_plane(ax: Axes, plane: outlines.Plan, limits: outlines.Limits) -> None:
+def set_plane(ax: Axes, plane: Plan, limits: Limits) -> None:
     """The names and limits of axes that show a plane."""
     ax.set(xlim=limits[0], ylim=limits[1], aspect="equal")
     ax.set(xlabel=f"{plane[0]} [m]", ylabel=f"{plane[1]} [m]")
 
 
-def draw_ghost(ax: Axes, scene: Scene, state: Floats, plane: outlines.Plan) -> None:
+def draw_ghost(ax: Axes, scene: Scene, state: Floats, plane: Plan) -> None:
     """Object and effector as they are in another state."""
     for role in ("effector", "object"):
         names = {body.name for body in scene.bodies if body.role == role and not body.fixed}
         draw_outlines(ax, scene, state, plane, names, **_solid(role, 0.3), zorder=4)
 
 
-def draw_lost(
-    ax: Axes, scene: Scene, state: Floats, plane: outlines.Plan, names: Collection[str]
-) -> None:
+def draw_lost(ax: Axes, scene: Scene, state: Floats, plane: Plan, names: Collection[str]) -> None:
     """The outlines of the objects of these names where they have left the capture set."""
     dashes = (0, (3, 1.5))
     draw_outlines(ax, scene, state, plane, names, gid="lost", linestyle=dashes, **LOST)
 
 
 def draw_outlines(
-    ax: Axes, scene: Scene, state: Floats, plane: outlines.Plan, names: Collection[str], **look: Any
+    ax: Axes, scene: Scene, state: Floats, plane: Plan, names: Collection[str], **look: Any
 ) -> None:
     """The bodies of these names as polygons that look so, without those that are endless."""
     poses = body_poses(scene, state)
@@ -85,7 +82,7 @@ def _solid(role: str, alpha: float) -> dict[str, Any]:
     return {**faces, "linewidth": 0.9}
 
 
-def _draw_half_space(ax: Axes, solid: Plane, plane: outlines.Plan, limits: outlines.Limits) -> None:
+def _draw_half_space(ax: Axes, solid: Plane, plane: Plan, limits: Limits) -> None:
     """A solid below a plane that is seen from the side; seen from above it is the ground."""
     normal = np.asarray(solid.normal)[outlines.axis_numbers(plane)]
     if np.linalg.norm(normal) < 0.99:
@@ -108,8 +105,8 @@ def draw_set(
     ax: Axes,
     problem: Problem,
     region: Region,
-    limits: outlines.Limits,
-    plane: outlines.Plan,
+    limits: Limits,
+    plane: Plan,
     *,
     color: str,
     line: str,

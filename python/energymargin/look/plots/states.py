@@ -16,6 +16,7 @@ from energymargin.base import checks
 from energymargin.base.aliases import Floats
 from energymargin.base.table_text import counted
 from energymargin.look import outlines
+from energymargin.look.outlines import Limits, Plan
 from energymargin.look.plots import styles, trees
 from energymargin.look.plots.scenes import draw_bodies, draw_ghost, draw_set, set_plane, sets_of
 
@@ -35,8 +36,8 @@ def plot_state(
     *,
     ax: Axes | None = None,
     escape: EscapeEffort | None = None,
-    plane: outlines.Plan | None = None,
-    limits: outlines.Limits | None = None,
+    plane: Plan | None = None,
+    limits: Limits | None = None,
     most: float | None = None,
     path: bool = True,
     color_bar: bool = True,
@@ -144,13 +145,13 @@ def _checked(
     return result if result is not None else escape, escape if escape is not None else result
 
 
-def _known(plane: outlines.Plan) -> outlines.Plan:
+def _known(plane: Plan) -> Plan:
     if isinstance(plane, Sequence) and tuple(plane) in PLANES:
         return plane
     raise ValueError(f"plane is {plane!r}, expected two axes such as ('x', 'z')")
 
 
-def _check_looks(limits: outlines.Limits, most: float | None, ghosts: int, detail: int) -> None:
+def _check_looks(limits: Limits, most: float | None, ghosts: int, detail: int) -> None:
     if most is not None:
         checks.positive_number("most", most)
     checks.whole_number("ghosts", ghosts, 0)
@@ -179,7 +180,7 @@ def _telling(problem: Problem, states: Floats, escape: trees.Escape | None) -> F
 
 
 def _draw_sets(
-    ax: Axes, problem: Problem, plane: outlines.Plan, limits: outlines.Limits, **options: Any
+    ax: Axes, problem: Problem, plane: Plan, limits: Limits, **options: Any
 ) -> tuple[str, str]:
     """Success set below capture set; returns a note on each for the legend, the latter first."""
     (captured, succeeded), note = sets_of(problem), ""
@@ -190,7 +191,7 @@ def _draw_sets(
     return draw_set(ax, problem, captured, limits, plane, **look, **options), note
 
 
-def _height(limits: outlines.Limits, title: str) -> float:
+def _height(limits: Limits, title: str) -> float:
     """Height of a figure [inch], with what is around the axes."""
     (x0, x1), (y0, y1) = limits
     axes = float(np.clip(0.72 * WIDTH * (y1 - y0) / (x1 - x0), 1.5, 5.0))

@@ -24,6 +24,7 @@ import energymargin as em
 from energymargin.base.aliases import Floats, Ints
 from energymargin.base.metrics import with_unit
 from energymargin.base.table_text import sentence
+from energymargin.datasets import Dataset, Future
 from energymargin.evaluation import curves
 from energymargin.look import plots
 from energymargin.look.outlines import Plan
@@ -238,10 +239,7 @@ class SearchRepeater:
     """Repeats the searches of a dataset's states."""
 
     def __init__(
-        self,
-        dataset: em.datasets.Dataset,
-        settings: dict[str, Any],
-        future: em.datasets.Future | None = None,
+        self, dataset: Dataset, settings: dict[str, Any], future: Future | None = None
     ) -> None:
         """`settings` and `future`: of the run. Raises ValueError if the settings are not those of a
         search, or if the task cannot be made."""

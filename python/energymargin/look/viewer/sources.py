@@ -19,6 +19,7 @@ from energymargin.base.aliases import AnyPath, Floats, Mask
 from energymargin.base.checks import check_type
 from energymargin.base.metrics import is_likelihood
 from energymargin.base.reprs import Record
+from energymargin.datasets import Dataset, Future
 from energymargin.look.plots.scenes import lost_objects
 from energymargin.look.plots.trees import most_cost
 
@@ -29,6 +30,8 @@ EFFORT = "effort"
 # Share of a trajectory's frames before its loss. In the frames just before it the object leaves by
 # itself, and long before it all is well: here the tasks have capture scores of 0.2 to 0.6.
 BEFORE = 0.25
+Columns = list[tuple[str, dict[str, float]]]
+"""Titles, and scores of one state by metric."""
 MOST = 100  # trajectories that are searched for a loss
 LOW = 0.1  # quantile of the particles of a belief that is shown beside their mean
 
@@ -62,18 +65,18 @@ class StateSource(Record):
     """What is looked at: a problem is one trajectory of one frame, a margin along a plan one with a
     frame for each moment of the nominal motion."""
 
-    what: Problem | MarginProfile | em.datasets.Dataset
+    what: Problem | MarginProfile | Dataset
     title: str
     """What it is, in a few words."""
     opened: bool = False
     """Whether the dataset's file was opened for this alone."""
-    future: em.datasets.Future | None = None
+    future: Future | None = None
     """What is asked of the future of a dataset's states; None: they are asked about as they are."""
 
     @property
     def trajectories(self) -> int:
         """How many there are."""
-        return len(self.what.trajectories) if isinstance(self.what, em.datasets.Dataset) else 1
+        return len(self.what.trajectories) if isinstance(self.what, Dataset) else 1
 
     def frames(self, trajectory: int) -> Frames:
         """The frames of one of them; raises ValueError unless 0 <= trajectory < trajectories."""
@@ -100,12 +103,12 @@ class StateSource(Record):
 
     def close(self) -> None:
         """Lets go of the file that was opened for it, if there is one."""
-        if self.opened and isinstance(self.what, em.datasets.Dataset):
+        if self.opened and isinstance(self.what, Dataset):
             self.what.close()
 
 
 def source_of(
-    what: Problem | em.datasets.Dataset | MarginProfile | AnyPath,
+    what: Problem | Dataset | MarginProfile | AnyPath,
     parameters: Mapping[str, Any] | None = None,
     *,
     trajectories: int = 6,
@@ -122,7 +125,7 @@ def source_of(
         return StateSource(what, "along a plan")
     if isinstance(what, Problem):
         return StateSource(what, "a problem")
-    if isinstance(what, em.datasets.Dataset):
+    if isinstance(what, Dataset):
         return StateSource(what, what.task)
     expected = "a Problem, a Dataset, the file of one, a MarginProfile, or the name of a task"
     check_type("what", what, (str, os.PathLike), expected)
@@ -182,15 +185,16 @@ class FrameScores(Record):
     """Titles, and the scores of each state by metric; NaN is one that is missing."""
     search: dict[str, Any]
     """Settings with which a search gives the same scores."""
-    future: em.datasets.Future | None = None
+    future: Future | None = None
     """Horizon and plan of each state; None: the scores have no clock."""
 
-    def at(self, number: int) -> list[tuple[str, dict[str, float]]]:
+    def at(self, number: int) -> Columns:
         """The titles, and the scores of the state of that number by metric."""
-        return [
-            (title, {metric: float(values[number]) for metric, values in scores.items()})
-            for title, scores in self.columns
+        titles = [title for title, _ in self.columns]
+        scores = [
+            {m: float(values[number]) for m, values in own.items()} for _, own in self.columns
         ]
+        return list(zip(titles, scores, strict=True))
 
 
 def profile_scores(profile: MarginProfile) -> FrameScores:
@@ -202,7 +206,7 @@ def profile_scores(profile: MarginProfile) -> FrameScores:
 
 
 def stored_scores(
-    path: AnyPath, dataset: em.datasets.Dataset, run: int | None = None, name: str = "DATASET"
+    path: AnyPath, dataset: Dataset, run: int | None = None, name: str = "DATASET"
 ) -> FrameScores:
     """The scores of a dataset's states in a file. `name` is the dataset's, in errors.
 

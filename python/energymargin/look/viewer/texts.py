@@ -110,9 +110,7 @@ def future_text(problem: em.Problem, future: em.futures.Undisturbed | None, why:
     table = em.summary.Summary("", em.futures.future_rows(problem)).to_html()
     if future is None:
         return box(table, f"<div>It cannot be simulated: {escape(why)}</div>" if why else "")
-    words = "undisturbed it stays captured"
-    if future.exit is not None:
-        words = _alarming(f"undisturbed it leaves at {future.exit:.2f} s")
+    words = future.words if future.exit is None else _alarming(future.words)
     return box(table, f"<div>{words}</div>")
 
 

@@ -14,6 +14,7 @@ import energymargin as em
 from energymargin.base.aliases import AnyPath
 from energymargin.base.checks import whole_number
 from energymargin.base.plausibility import kept_warnings
+from energymargin.datasets import Future
 from energymargin.look.viewer import sources, texts
 from energymargin.look.viewer.page import Page
 from energymargin.look.viewer.shots import Blobs, Shot
@@ -36,7 +37,7 @@ def view(
     every: int | None = None,
     nodes: int | None = None,
     seed: int | None = None,
-    future: em.datasets.Future | None = None,
+    future: Future | None = None,
     scores: AnyPath | None = None,
     run: int | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -119,11 +120,7 @@ def view(
 
 
 def _shot(
-    blobs: Blobs,
-    frames: sources.Frames,
-    frame: int,
-    scored: Scored,
-    stored: list[tuple[str, dict[str, float]]],
+    blobs: Blobs, frames: sources.Frames, frame: int, scored: Scored, stored: sources.Columns
 ) -> dict[str, Any]:
     """A frame of a trajectory with its scores, beside those of a file."""
     problem, times = scored.problem, frames.times
@@ -159,10 +156,8 @@ def _stored(source: sources.StateSource, scores: AnyPath, run: int | None) -> so
 
 
 def _asked(
-    source: sources.StateSource,
-    future: em.datasets.Future | None,
-    stored: sources.FrameScores | None,
-) -> em.datasets.Future | None:
+    source: sources.StateSource, future: Future | None, stored: sources.FrameScores | None
+) -> Future | None:
     """What is asked of the states' future: that of their scores in a file, or the given one.
 
     Raises ValueError if both are there and differ, and without a dataset."""
