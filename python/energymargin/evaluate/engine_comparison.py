@@ -85,25 +85,17 @@ def compare_engines(
     for engine in engines:
         _require_bodies(problem, engine)
     asked = [problem.with_engine(engine) for engine in engines]
-    found = tuple(
-        capture_probability(
-            each,
-            rollouts=rollouts,
-            disturbance=disturbance,
-            seed=seed,
-            threads=threads,
-            timeout=timeout,
-            cancel=cancel,
-            progress=progress and _counted(progress, number, len(asked)),
-        )
-        for number, each in enumerate(asked)
-    )
-    count = min(p.exit_times.size for p in found)
+    asks: dict[str, Any] = {"rollouts": rollouts, "disturbance": disturbance, "seed": seed}
+    asks |= {"threads": threads, "timeout": timeout, "cancel": cancel}
+    counts = [progress and _counted(progress, k, len(asked)) for k in range(len(asked))]
+    pairs = zip(asked, counts, strict=True)
+    found = tuple(capture_probability(each, progress=count, **asks) for each, count in pairs)
+    draws = min(p.exit_times.size for p in found)
     names = tuple(e if isinstance(e, str) else e.name for e in engines)
     each_found = zip(asked, found, strict=True)
     paths = [_undisturbed(each, p.times, timeout, cancel) for each, p in each_found]
     apart = np.linalg.norm(np.array(paths) - paths[0], axis=-1).max(axis=-1)
-    exits = np.array([p.exit_times[:count] for p in found])
+    exits = np.array([p.exit_times[:draws] for p in found])
     return EngineComparison(names, found, exits, found[0].times, apart)
 
 

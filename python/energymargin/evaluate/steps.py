@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from statistics import NormalDist
+from typing import Any
 
 import numpy as np
 
@@ -123,17 +124,10 @@ def longest_step(
     share("error", error)
     whole_number("rollouts", rollouts, 1)
 
-    ask = partial(
-        capture_probability,
-        disturbance=disturbance,
-        rollouts=rollouts,
-        seed=seed,
-        threads=threads,
-        drawn_step=None if callable(disturbance) else next(iter(steps)),
-        warn=False,
-        undisturbed=False,
-        most_diverged=ANY,
-    )
+    drawn_step = None if callable(disturbance) else next(iter(steps))
+    asks: dict[str, Any] = {"rollouts": rollouts, "seed": seed, "threads": threads}
+    asks |= {"disturbance": disturbance, "drawn_step": drawn_step, "most_diverged": ANY}
+    ask = partial(capture_probability, warn=False, undisturbed=False, **asks)
     nothing = np.zeros(len(asked), int)
     done, total = 0, len(asked) * (len(LADDER) + 1)
 

@@ -251,12 +251,9 @@ def _draw_scores(ax: Axes, times: Floats, values: Floats, name: str, height: flo
     style = styles.metric_style(name)
     missing = int(np.isnan(values).sum())
     ring, label = name.endswith(ANY), name + (f" ({missing} missing)" if missing else "")
-    look = style.look(
-        linestyle="--" if ring else "-",
-        linewidth=1.2,
-        markerfacecolor="white" if ring else style.color,
-        markevery=None if len(values) <= MARKED else slice(0),
-    )
+    fill, dashes = ("white", "--") if ring else (style.color, "-")
+    every = None if len(values) <= MARKED else slice(0)
+    look = style.look(linestyle=dashes, linewidth=1.2, markerfacecolor=fill, markevery=every)
     styles.draw_bounded(ax, times, values, label, height, endless=f"{name}: no escape", **look)
 
 

@@ -85,11 +85,6 @@ class Subject(Record, Closing):
         """Metrics of which there are scores."""
         return list(self.labelled.scores)
 
-    @property
-    def several(self) -> bool:
-        """Whether there are labels of at least one of several objects."""
-        return self.labelled.captured_any is not None or self.labelled.success_any is not None
-
 
 def read_subject(path: AnyPath, number: int | None, data: AnyPath | None = None) -> Subject:
     """A run of a file of scores, as of `ScoreStore.run`, with its dataset: that at `data`, or else
@@ -170,14 +165,15 @@ def _about_scores(subject: Subject) -> Iterator[Notice]:
         text += ". This command scores them, and of those that cannot be simulated it says why:"
         yield Notice(text, _command(subject, subject.metrics))
     asked = USUAL if subject.run.future else [m for m in METRICS if m not in TIMED]
-    there = [m for m in asked if subject.several or not m.endswith(ANY)]
+    labelled = subject.labelled
+    several = labelled.captured_any is not None or labelled.success_any is not None
+    there = [m for m in asked if several or not m.endswith(ANY)]
     unasked = [metric for metric in there if metric not in subject.metrics]
     if unasked:
-        yield Notice(
-            f"This run has no scores of {', '.join(unasked)}. As far as the task has these, "
-            "this adds a run with all scores, and computes only what is new:",
-            _command(subject, [*subject.metrics, *unasked] if subject.run.future else None),
-        )
+        text = f"This run has no scores of {', '.join(unasked)}. As far as the task has these, "
+        text += "this adds a run with all scores, and computes only what is new:"
+        every = [*subject.metrics, *unasked] if subject.run.future else None
+        yield Notice(text, _command(subject, every))
 
 
 def _about_files(subject: Subject, output: Path) -> Iterator[Notice]:
@@ -188,11 +184,8 @@ def _about_files(subject: Subject, output: Path) -> Iterator[Notice]:
             words += ["--run", str(subject.run.number)]
         if output != subject.path.with_suffix(".html"):
             words += ["-o", str(output)]
-        yield Notice(
-            f"Without the dataset there are no pictures of states, and frames instead of times: "
-            f"{subject.lacking}. With it:",
-            shlex.join(words),
-        )
+        text = "Without the dataset there are no pictures of states, and frames instead of times: "
+        yield Notice(f"{text}{subject.lacking}. With it:", shlex.join(words))
     if not subject.run.up_to_date:
         text = f"The scores are of algorithm {subject.run.algorithm}, and this energymargin has "
         way = "the trees in the pictures are searched again and may differ."

@@ -16,6 +16,7 @@ import numpy as np
 import energymargin as em
 from energymargin import MarginProfile, Problem, datasets
 from energymargin.base.aliases import AnyPath, Floats, Mask
+from energymargin.base.bars import Update
 from energymargin.base.checks import check_type
 from energymargin.base.metrics import is_likelihood
 from energymargin.base.reprs import Record
@@ -24,8 +25,7 @@ from energymargin.look.plots.scenes import lost_objects
 from energymargin.look.plots.trees import most_cost
 
 PROBLEM, DATASET = ".json", ".h5"
-Progress = Callable[[int, int], None]
-
+Viewable = Problem | Dataset | MarginProfile | AnyPath
 EFFORT = "effort"
 # Share of a trajectory's frames before its loss. In the frames just before it the object leaves by
 # itself, and long before it all is well: here the tasks have capture scores of 0.2 to 0.6.
@@ -108,17 +108,15 @@ class StateSource(Record):
 
 
 def source_of(
-    what: Problem | Dataset | MarginProfile | AnyPath,
+    what: Viewable,
     parameters: Mapping[str, Any] | None = None,
     *,
-    trajectories: int = 6,
-    frames: int = 30,
     seed: int = 0,
-    progress: Progress | None = None,
+    progress: Update | None = None,
 ) -> StateSource:
     """A problem, a dataset, the file of one, a margin along a plan, or a task's name.
 
-    Of a task so many trajectories of so many frames are generated, with this seed. Raises
+    Of a task six trajectories of 30 frames are generated, with this seed. Raises
     ValueError on anything else, and OSError on a file that cannot be read.
     """
     if isinstance(what, MarginProfile):
@@ -142,8 +140,8 @@ def source_of(
             f"nor a task: {', '.join(em.tasks.names())}"
         )
     task = em.tasks.make(str(what), **(parameters or {}))
-    size: dict[str, Any] = {"trajectories": trajectories, "frames": frames}
-    made = datasets.generate(task, **size, seed=seed, progress=progress)
+    size: dict[str, Any] = {"trajectories": 6, "frames": 30, "seed": seed}
+    made = datasets.generate(task, progress=progress, **size)
     return StateSource(made, f"{task.name}, seed {seed}")
 
 

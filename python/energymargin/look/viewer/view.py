@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from html import escape
@@ -24,12 +23,7 @@ MOST_GRASPS = 24  # grasps on a page
 
 
 def view(
-    what: em.Problem
-    | em.datasets.Dataset
-    | em.MarginProfile
-    | em.grasps.GraspScores
-    | str
-    | os.PathLike[str],
+    what: sources.Viewable | em.grasps.GraspScores,
     *,
     parameters: Mapping[str, Any] | None = None,
     trajectory: int | None = None,
@@ -97,9 +91,7 @@ def view(
         frames = source.frames(trajectory)
         if not frame < len(frames.times):
             raise ValueError(f"frame is {frame}, expected 0 to {len(frames.times) - 1}")
-        title = source.title
-        if source.trajectories > 1:
-            title += f", trajectory {trajectory}"
+        title = source.title + f", trajectory {trajectory}" * (source.trajectories > 1)
         others = () if every is None else range(0, len(frames.times), every)
         numbers = sorted({frame, *others})
         blobs, scored, shots = Blobs(), list[Scored](), []

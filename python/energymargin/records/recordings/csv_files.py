@@ -88,11 +88,10 @@ class Columns:
             one_of(f"the unit of {kind}", unit, list(UNITS[kind]))
         places = [column for column in self.columns.values() if type(column) is not float]
         for name, column in self.columns.items():
+            right = isinstance(column, str) or (type(column) is int and column >= 0)
+            right &= places.count(column) == 1
             if type(column) is float:
                 right = math.isfinite(column) and name not in ("frame", "time")
-            else:
-                right = isinstance(column, str) or (type(column) is int and column >= 0)
-                right &= places.count(column) == 1
             if not right:
                 raise ValueError(
                     f"columns has {column!r} for {name!r}, expected a name or a number from 0 on "
