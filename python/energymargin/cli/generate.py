@@ -80,17 +80,13 @@ def generate(
             replace_figure(picture, em.plots.figure_trees(dataset, options.PICTURE_NODES, seed))
         say_written(dataset, output)
         if len(dataset.trajectories) < trajectories:
-            say(
-                f"[yellow]the time was over[/] before there were {trajectories} trajectories; "
-                "with --overwrite the same command goes on from there."
-            )
+            text = f"[yellow]the time was over[/] before there were {trajectories} trajectories"
+            say(f"{text}; with --overwrite the same command goes on from there.")
             raise SystemExit(TIMED_OUT)
 
 
 def say_written(dataset: em.datasets.Dataset, path: Path, judged: str = "") -> None:
     """Prints what a dataset's file has, and the command that comes next."""
     counts = f"{len(dataset.trajectories)} trajectories ({dataset.successes.sum()} successful"
-    say(
-        f"Wrote {counts}{judged}), {dataset.size} states to {escape(str(path))}. "
-        f"Next: [bold]energymargin score {escape(str(path))}[/]"
-    )
+    text = f"Wrote {counts}{judged}), {dataset.size} states to {escape(str(path))}. Next"
+    say(f"{text}: [bold]energymargin score {escape(str(path))}[/]")

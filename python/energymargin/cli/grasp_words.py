@@ -66,10 +66,8 @@ class Rows:
             found = found[np.linspace(0, len(found) - 1, self.most).round().astype(int)]
         objects = list(dict.fromkeys(found.columns.get("object", ())))
         if len(objects) > 1:
-            raise ValueError(
-                f"{file} has grasps of {len(objects)} objects, expected one of them: --where "
-                f"object={objects[0]}"
-            )
+            text = f"{file} has grasps of {len(objects)} objects"
+            raise ValueError(f"{text}, expected one of them: --where object={objects[0]}")
         return found
 
 

@@ -127,10 +127,8 @@ def importing(
         read += found
     motions = [motion for recording in read for motion in recording.bodies.values()]
     if not rules.causal and any(motion.velocity_covariances is not None for motion in motions):
-        say(
-            "Velocities are smoothed over frames before and after; with --causal over those "
-            "before, as a robot would know them"
-        )
+        text = "Velocities are smoothed over frames before and after"
+        say(f"{text}; with --causal over those before, as a robot would know them")
     roles: dict[str, Any] = {}
     if problem is not None:
         known = {body for recording in read for body in recording.bodies}
@@ -178,8 +176,6 @@ def _read(
     if topics.bodies is None and None in (topics.object, topics.effector):
         found = em.recordings.bag_topics(path).items()
         known = ", ".join(f"{name} ({kind})" for name, kind in found)
-        raise ValueError(
-            f"{path}: expected --object-topic and --effector-topic for a bag; its topics are "
-            f"{known or 'none'}"
-        )
+        text = f"{path}: expected --object-topic and --effector-topic for a bag"
+        raise ValueError(f"{text}; its topics are {known or 'none'}")
     return [em.recordings.read_bag(path, origin=layout.origin, **topics.given(), **rules)]

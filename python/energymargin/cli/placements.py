@@ -123,10 +123,8 @@ def placements(
         )
     grid = {"spacing": spacing, "turns": turns, "pose": pose}
     if poses is not None and (given_too := [name for name in grid if grid[name] is not None]):
-        raise ValueError(
-            f"--{given_too[0]} is {grid[given_too[0]]}, but it is of a grid, and {poses} has the "
-            "poses: leave one of them out"
-        )
+        text = f"--{given_too[0]} is {grid[given_too[0]]}, but it is of a grid"
+        raise ValueError(f"{text}, and {poses} has the poses: leave one of them out")
     sampling, held = chosen_sampling(belief, None), release.chosen()
     with arguments_as_options(OF_OBJECT):
         object = em.grasps.GraspObject.of(None, **given(thing))

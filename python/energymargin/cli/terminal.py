@@ -214,10 +214,8 @@ def require_own_folder(folder: Path, *, overwrite: bool) -> None:
     mark = folder / MARK
     files = folder.is_dir() and any(not path.is_dir() for path in folder.iterdir())
     if files and not (overwrite or mark.exists()):
-        raise ValueError(
-            f"{folder} has files of others: choose another -o, or give --overwrite, which replaces "
-            "those of the same names"
-        )
+        text = f"{folder} has files of others: choose another -o, or give --overwrite"
+        raise ValueError(f"{text}, which replaces those of the same names")
     folder.mkdir(parents=True, exist_ok=True)
     replace_text(mark, "A command of energymargin made this folder, and goes on with its files.\n")
 

@@ -62,10 +62,8 @@ class Sharing:
                 f"{self.particles} particles"
             )
         if self.whole.common_random_numbers and set(metrics) & set(TIMED):
-            raise ValueError(
-                "common_random_numbers is True, expected False with a belief: all of its particles "
-                "would meet one disturbance"
-            )
+            text = "common_random_numbers is True, expected False with a belief"
+            raise ValueError(f"{text}: all of its particles would meet one disturbance")
 
 
 @dataclass(eq=False)

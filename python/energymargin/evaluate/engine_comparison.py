@@ -107,10 +107,8 @@ def _require_bodies(problem: Problem, engine: str | Engine) -> None:
     here, there = (_state_names(scene) for scene in (problem.scene, own))
     if here != there:
         odd = sorted(set(here) ^ set(there)) or here
-        raise ValueError(
-            f"engines has {engine!r} of another scene: {odd[0]!r} is not in both, or elsewhere; "
-            "expected one with scene=problem.scene"
-        )
+        text = f"engines has {engine!r} of another scene: {odd[0]!r} is not in both, or elsewhere"
+        raise ValueError(f"{text}; expected one with scene=problem.scene")
 
 
 def _state_names(scene: Any) -> list[str]:

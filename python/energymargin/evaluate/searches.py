@@ -137,10 +137,8 @@ def chosen_settings(
     if not isinstance(settings, SearchSettings):
         raise ValueError(f"settings is {settings!r}, expected SearchSettings(...)")
     if loose:
-        raise ValueError(
-            f"settings and {next(iter(loose))} are given, expected one of them: "
-            "dataclasses.replace(settings, ...) changes some"
-        )
+        text = f"settings and {next(iter(loose))} are given, expected one of them"
+        raise ValueError(f"{text}: dataclasses.replace(settings, ...) changes some")
     return settings
 
 
@@ -253,10 +251,8 @@ def chosen_metrics(
         if lacking[0] in (*TIMED, *CLOCKLESS) and others:
             has = "has a" if timed else "is without"
             way = "horizon=..." if timed else "horizon=None, plan=None"
-            raise ValueError(
-                f"metrics has {lacking[0]!r}, but not every problem {has} horizon: "
-                f"problem.replace({way})"
-            )
+            text = f"metrics has {lacking[0]!r}, but not every problem {has} horizon"
+            raise ValueError(f"{text}: problem.replace({way})")
         of_each = " for each object" if lacking[0].endswith(ANY) else ""
         kind = "success" if lacking[0].startswith("success") else "capture"
         text = f"metrics has {lacking[0]!r}, but not every problem has a {kind} set{of_each}"

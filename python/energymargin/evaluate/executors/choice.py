@@ -38,10 +38,8 @@ def chosen_executor(
     if isinstance(executor, concurrent.futures.Executor):
         return _Given(executor)
     if isinstance(executor, type) or not callable(getattr(executor, "workers", None)):
-        raise ValueError(
-            f"executor is {executor!r}, expected Threads(), Processes(), Dask(...) or an Executor "
-            "of concurrent.futures"
-        )
+        text = f"executor is {executor!r}, expected Threads(), Processes()"
+        raise ValueError(f"{text}, Dask(...) or an Executor of concurrent.futures")
     return executor
 
 

@@ -103,10 +103,8 @@ class _DaskWorkers(RemoteWorkers):
         if isinstance(error, CancelledError):  # all are, with the scheduler
             return self._away()
         if isinstance(error, ImportError):
-            return RuntimeError(
-                f"the workers of {self._address} cannot run this energymargin: {error}; they need "
-                "the same release of it, and the same Python"
-            )
+            text = f"the workers of {self._address} cannot run this energymargin: {error}"
+            return RuntimeError(f"{text}; they need the same release of it, and the same Python")
         return error
 
     def _away(self) -> ConnectionError:

@@ -200,10 +200,8 @@ class AnswerFile(Closing):
         version = self.value("PRAGMA user_version")
         if version != schema.VERSION:
             way = "update it" if version > schema.VERSION else "give another name, and score again"
-            raise ValueError(
-                f"{self.path} has version {version} of the scores' format, and this energymargin "
-                f"reads version {schema.VERSION}: {way}"
-            )
+            text = f"{self.path} has version {version} of the scores' format"
+            raise ValueError(f"{text}, and this energymargin reads version {schema.VERSION}: {way}")
         small = self._is_smaller_than(CHECKED)
         if small and (state := self.value("PRAGMA quick_check(1)")) != "ok":
             raise ValueError(f"{self.path} is damaged: {' '.join(state.split())}")

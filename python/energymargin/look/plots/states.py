@@ -135,10 +135,8 @@ def _checked(
     for name, one in (("result", result), ("escape", escape)):
         states = problem.state[np.newaxis] if one is None else one.tree.states
         if states.shape[1] != expected:
-            raise ValueError(
-                f"{name} is of another problem: its states have {states.shape[1]} numbers, "
-                f"expected {expected} as in the problem's scene"
-            )
+            text = f"{name} is of another problem: its states have {states.shape[1]} numbers"
+            raise ValueError(f"{text}, expected {expected} as in the problem's scene")
         if not np.allclose(states[0], problem.state, rtol=0.0, atol=SAME):
             text = f"{name} is of another problem: its tree does not start at the problem's state"
             raise ValueError(text)

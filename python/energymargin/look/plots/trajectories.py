@@ -208,10 +208,8 @@ def _chosen(kind: str | None, scores: Mapping[str, Any]) -> str:
         metrics = ", ".join(metric for each in KINDS.values() for metric in each.metrics)
         raise ValueError(f"scores has {unknown[0]!r}, expected some of {metrics}")
     if kind is None and len(there) > 1:
-        raise ValueError(
-            f"scores are of several kinds: choose kind={' or '.join(map(repr, there))}, "
-            "or draw them all with figure_scores"
-        )
+        text = f"scores are of several kinds: choose kind={' or '.join(map(repr, there))}"
+        raise ValueError(f"{text}, or draw them all with figure_scores")
     return one_of("kind", there[0] if kind is None else kind, there)
 
 

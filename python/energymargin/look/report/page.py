@@ -66,10 +66,8 @@ class Options:
         if self.frames is None:
             return min(em.evaluation.HORIZON if scored is None else scored, ahead)
         if self.frames > ahead:
-            raise ValueError(
-                f"the horizon is {self.frames} frames, expected 0 to {ahead}: the longest "
-                f"trajectory has {ahead + 1} frames"
-            )
+            text = f"the horizon is {self.frames} frames, expected 0 to {ahead}"
+            raise ValueError(f"{text}: the longest trajectory has {ahead + 1} frames")
         return self.frames
 
 
@@ -110,10 +108,8 @@ def write(
     require_suffix("output", output, SUFFIXES)
     for name, path in {"scores": scores, "data": data}.items():
         if path is not None and output.resolve() == Path(path).resolve():
-            raise ValueError(
-                f"output is {str(output)!r}, which is the file of {name}, {str(path)!r}: "
-                "expected another place for the page"
-            )
+            text = f"output is {str(output)!r}, which is the file of {name}, {str(path)!r}"
+            raise ValueError(f"{text}: expected another place for the page")
     with remembered_interrupts(), replaced(output) as file:
 
         def tell(what: str, share: float) -> None:

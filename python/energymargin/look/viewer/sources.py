@@ -135,10 +135,8 @@ def source_of(
     if path.suffix == DATASET:
         return StateSource(datasets.open(path), path.name, opened=True)
     if str(what) not in em.tasks.names():
-        raise ValueError(
-            f"{str(what)!r} is neither a problem file ({PROBLEM}), nor a dataset ({DATASET}), "
-            f"nor a task: {', '.join(em.tasks.names())}"
-        )
+        text = f"{str(what)!r} is neither a problem file ({PROBLEM}), nor a dataset ({DATASET})"
+        raise ValueError(f"{text}, nor a task: {', '.join(em.tasks.names())}")
     task = em.tasks.make(str(what), **(parameters or {}))
     size: dict[str, Any] = {"trajectories": 6, "frames": 30, "seed": seed}
     made = datasets.generate(task, progress=progress, **size)

@@ -155,10 +155,8 @@ def _asked(
     Raises ValueError if both are there and differ, and without a dataset."""
     if stored is not None and future is not None and future != stored.future:
         asks = "states as they are" if stored.future is None else f"the future: {stored.future}"
-        raise ValueError(
-            f"what is asked is {future}, but the scores are about {asks}: leave the horizon out, "
-            "or give another run"
-        )
+        text = f"what is asked is {future}, but the scores are about {asks}"
+        raise ValueError(f"{text}: leave the horizon out, or give another run")
     if future is not None and not isinstance(source.what, em.datasets.Dataset):
         raise ValueError(
             f"the horizon is {future.frames} frames, but there is no dataset that has them: give a "

@@ -179,10 +179,8 @@ def _check_columns(file: h5py.File, ends: dict[str, Ints]) -> None:
     for name, (counter, kind) in columns.COLUMNS.items():
         column, expected = file[name], int(ends[counter][-1])
         if column.shape != (expected,) or column.dtype != kind:
-            raise ValueError(
-                f"{name} has shape {column.shape} of {column.dtype}, "
-                f"expected {(expected,)} of {kind}"
-            )
+            text = f"{name} has shape {column.shape} of {column.dtype}"
+            raise ValueError(f"{text}, expected {(expected,)} of {kind}")
 
 
 def _way(path: Path) -> str:

@@ -78,10 +78,8 @@ class Future:
         """
         times, last = np.asarray(trajectory.times), len(trajectory) - 1
         if last == 0:
-            raise ValueError(
-                f"the horizon is {self.frames} frames, but the trajectory has one frame alone, "
-                "expected two or more"
-            )
+            text = f"the horizon is {self.frames} frames, but the trajectory has one frame alone"
+            raise ValueError(f"{text}, expected two or more")
         end = min(frame + self.frames, last)
         behind = frame + self.frames - end
         return float(times[end] - times[frame] + behind * (times[-1] - times[0]) / last)

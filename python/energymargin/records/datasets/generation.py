@@ -283,10 +283,8 @@ class Parts(AnswerFile):
         different = [name for name in asked if found.get(name) != asked[name]]
         if different and self.spans(SHARDS):
             shown = "; ".join(f"{n}: {found.get(n)} there, {asked[n]} now" for n in different)
-            raise ValueError(
-                f"{self.path} holds parts of other trajectories. To go on with those, ask for "
-                f"the same; to drop them, remove that file. {shown}"
-            )
+            text = f"{self.path} holds parts of other trajectories. To go on with those"
+            raise ValueError(f"{text}, ask for the same; to drop them, remove that file. {shown}")
 
     def _read(self, first: int) -> Block:
         content = self.answer(SHARDS, first) or b""
@@ -297,10 +295,8 @@ class Parts(AnswerFile):
         except (ValueError, LookupError, EOFError, zipfile.BadZipFile) as error:
             with self.transaction():
                 self.database.execute("DELETE FROM answers WHERE first = ?", (first,))
-            raise ValueError(
-                f"the shard of {self.path} that begins with trajectory {first} was damaged, and is "
-                "removed: the same call makes it again"
-            ) from error
+            text = f"the shard of {self.path} that begins with trajectory {first} was damaged"
+            raise ValueError(f"{text}, and is removed: the same call makes it again") from error
 
 
 def parts_of(path: Path) -> Path:

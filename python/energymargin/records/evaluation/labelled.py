@@ -157,10 +157,8 @@ def compared_states(
     whole_number("frames", frames, 0)
     one_of("among", among, AMONG)
     if clipped and labelled.asks is not None:
-        raise ValueError(
-            f"clipped is True, but these scores ask about a while ({labelled.asks}), which does "
-            "not end where a trajectory does: expected False"
-        )
+        text = f"clipped is True, but these scores ask about a while ({labelled.asks})"
+        raise ValueError(f"{text}, which does not end where a trajectory does: expected False")
     scores, captured = _paired(labelled, metric, labelled.captured, labelled.captured_any)
     members = labelled.by_trajectory()
     labels = [captured_labels(captured[states], frames) for states in members]

@@ -210,10 +210,8 @@ def _of_frame(source: FileSource, topic: str, frame: str, messages: pd.DataFrame
     frames = sorted(set(messages["frame"]))
     own = frame or (frames[0] if len(frames) == 1 else None)
     if own not in frames:
-        raise source.error(
-            f"topic {topic!r} has the frames {', '.join(frames) or 'none'}, expected one of them, "
-            f"as '{topic}:{frames[0] if frames else 'box'}'"
-        )
+        text = f"topic {topic!r} has the frames {', '.join(frames) or 'none'}, expected one of them"
+        raise source.error(f"{text}, as '{topic}:{frames[0] if frames else 'box'}'")
     return messages[messages["frame"] == own]
 
 

@@ -117,17 +117,13 @@ def element_places(folder: Path, *, named: bool = False) -> dict[str, Place]:
     except (ValueError, KeyError, TypeError) as error:
         raise ValueError(f"{path}: {error!r}, expected that of a LeRobot dataset") from error
     if not version.startswith("v3."):
-        raise ValueError(
-            f"{path}: the dataset has version {version}, expected v3: LeRobot's "
-            "convert_dataset_v21_to_v30 converts older ones"
-        )
+        text = f"{path}: the dataset has version {version}, expected v3"
+        raise ValueError(f"{text}: LeRobot's convert_dataset_v21_to_v30 converts older ones")
     found: dict[str, Place] = {}
     for feature, (shape, names) in shapes.items():
         if not all(isinstance(size, int) and 0 <= size <= MOST_ELEMENTS for size in shape):
-            raise ValueError(
-                f"{path}: {feature!r} has the shape {shape}, expected whole numbers from 0 to "
-                f"{MOST_ELEMENTS}"
-            )
+            text = f"{path}: {feature!r} has the shape {shape}"
+            raise ValueError(f"{text}, expected whole numbers from 0 to {MOST_ELEMENTS}")
         if shape == [1]:
             found[OWN.get(feature, feature) if named else feature] = (feature, 0, 1)
         elif len(shape) == 1:

@@ -97,10 +97,8 @@ def _require_bodies(recording: Recording, scene: Scene, given: dict[str, str]) -
         name = given.get(body, body)
         if name not in [one.name for one in scene.bodies]:
             way = f"{body}=NAME says how it is called there" if body in given else "rename one"
-            raise ValueError(
-                f"{recording.name} has the body {body!r}, and the scene has no {name!r}: {way}, "
-                f"one of {known}"
-            )
+            text = f"{recording.name} has the body {body!r}, and the scene has no {name!r}"
+            raise ValueError(f"{text}: {way}, one of {known}")
 
 
 def _moves_in_plane(scene: Scene, name: str, motion: Motion) -> bool:

@@ -261,10 +261,8 @@ def _by_episode(folder: Path, dataset: Dataset, scores: Mapping[str, Floats]) ->
         rows = np.clip(np.searchsorted(at, trajectory.times - SAME_TIME), 0, len(at) - 1)
         same = np.abs(at[rows] - trajectory.times) <= SAME_TIME
         if (~same).mean() > MOST_REPAIRED:
-            raise ValueError(
-                f"episode {number} of {folder} has other times than its trajectory, expected the "
-                "dataset that was imported"
-            )
+            text = f"episode {number} of {folder} has other times than its trajectory"
+            raise ValueError(f"{text}, expected the dataset that was imported")
         found[number] = {}
         for name, values in scores.items():
             column = np.full(len(at), np.nan, dtype=np.float32)

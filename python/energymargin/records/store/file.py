@@ -141,10 +141,8 @@ def add_scores(
     columns = {name: np.asarray(values, dtype=np.float64) for name, values in scores.items()}
     for name, values in columns.items():
         if values.shape != (dataset.size,):
-            raise ValueError(
-                f"scores of {name!r} have shape {values.shape}, expected ({dataset.size},): one a "
-                "state"
-            )
+            text = f"scores of {name!r} have shape {values.shape}"
+            raise ValueError(f"{text}, expected ({dataset.size},): one a state")
     if not columns or not settings:
         raise ValueError(f"scores and settings are {sorted(columns)} and {settings}, expected some")
     questions = {metric: dict(settings) for metric in columns}

@@ -279,10 +279,8 @@ class Run(Summarized):
         Raises ValueError on a metric that the run does not have, and on a probability.
         """
         if metric in TIMED:
-            raise ValueError(
-                f"metric is {metric!r}, whose particles have one rollout each, 1 or 0, expected "
-                "one without a clock, such as 'capture'"
-            )
+            text = f"metric is {metric!r}, whose particles have one rollout each, 1 or 0"
+            raise ValueError(f"{text}, expected one without a clock, such as 'capture'")
         found = np.full((self.states, len(shares)), np.nan)
         for number, scores in self._answers("particles", "number, scores", metric):
             found[number] = np.quantile(_unpacked(scores), shares, method="inverted_cdf")

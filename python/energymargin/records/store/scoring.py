@@ -199,15 +199,11 @@ def _require_clock(metrics: Sequence[str], problems: Iterable[Problem]) -> None:
     clocks = {problem.horizon is not None for problem in problems}
     for metric in metrics:
         if metric in TIMED and False in clocks:
-            raise ValueError(
-                f"metrics has {metric!r}, which asks about a while: give its horizon, "
-                "--frames N, or in Python future=em.datasets.Future(FRAMES)"
-            )
+            text = f"metrics has {metric!r}, which asks about a while: give its horizon, --frames N"
+            raise ValueError(f"{text}, or in Python future=em.datasets.Future(FRAMES)")
         if metric in CLOCKLESS and True in clocks:
-            raise ValueError(
-                f"metrics has {metric!r}, which asks about states as they are: score it without a "
-                "horizon"
-            )
+            text = f"metrics has {metric!r}, which asks about states as they are"
+            raise ValueError(f"{text}: score it without a horizon")
 
 
 def _digest(run: Run, number: int, problem: Problem) -> bytes:
