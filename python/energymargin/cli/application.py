@@ -1,10 +1,24 @@
-"""The command line: energymargin demo | tasks | generate | import | score | evaluate | export |
-learn | rank | compare | limits | settle | doctor | placements | grasps | report | view. Each
-command has its own file; other packages register more, as `reproduce`.
+"""How robust is a manipulation, right now? Scores of robustness from energy margins.
 
-A command is imported when it is called, and heavy modules where they are used, so that --help
-answers at once.
+From nothing to a table and pictures: `energymargin demo`. Or step by step:
+
+1. `energymargin generate push -o push.h5`
+2. `energymargin score push.h5 -o push-scores.db`
+3. `energymargin evaluate push-scores.db`
+4. `energymargin report push-scores.db -o report.html`
+5. `energymargin view push.h5 --scores push-scores.db -o push.html`
+
+Which of several plans holds best: `energymargin rank --help`. How much it can take:
+`energymargin limits --help`. Is a scene at rest: `energymargin settle --help`. Where to
+set a thing down: `energymargin placements --help`. Which grasps of a file:
+`energymargin grasps --help`. The paper's tables again: `energymargin reproduce --help`.
+
+`--traceback`, anywhere: show where an error comes from, line by line.
 """
+
+# The application joins the commands, each of which has its own file; other packages register more,
+# as `reproduce`. Its help is this file's docstring. A command is imported when it is called, and
+# heavy modules where they are used, so that --help answers at once.
 
 from __future__ import annotations
 
@@ -38,23 +52,7 @@ OWN = (
 
 app = App(
     name="energymargin",
-    help="""How robust is a manipulation, right now? Scores of robustness from energy margins.
-
-    From nothing to a table and pictures: `energymargin demo`. Or step by step:
-
-    1. `energymargin generate push -o push.h5`
-    2. `energymargin score push.h5 -o push-scores.db`
-    3. `energymargin evaluate push-scores.db`
-    4. `energymargin report push-scores.db -o report.html`
-    5. `energymargin view push.h5 --scores push-scores.db -o push.html`
-
-    Which of several plans holds best: `energymargin rank --help`. How much it can take:
-    `energymargin limits --help`. Is a scene at rest: `energymargin settle --help`. Where to
-    set a thing down: `energymargin placements --help`. Which grasps of a file:
-    `energymargin grasps --help`. The paper's tables again: `energymargin reproduce --help`.
-
-    `--traceback`, anywhere: show where an error comes from, line by line.
-    """,
+    help=__doc__,
     help_format="markdown",
     help_flags="--help",
     version=lambda: f"energymargin {version('energymargin')}",

@@ -146,14 +146,9 @@ def progress_bar(title: str, unit: str, console: Console = err) -> Iterator[Upda
     """Draws a bar while the `with` block runs, which calls `update(done, total)`. Where another bar
     is being drawn it is a row below that, until its end."""
     outer = next((bar for bar in reversed(_drawn) if bar.console is console), None)
-    columns = (
-        progress.BarColumn(),
-        progress.MofNCompleteColumn(),
-        "{task.fields[unit]}",
-        _Rate(),
-        *LEFT,
-    )
-    bar = outer or _Bar("{task.description}", *columns, console=console)
+    done = (progress.MofNCompleteColumn(), "{task.fields[unit]}", _Rate())
+    columns = ("{task.description}", progress.BarColumn(), *done, *LEFT)
+    bar = outer or _Bar(*columns, console=console)
     row = bar.add_task(plain(title), total=None, unit=unit, visible=outer is None)
     try:
         yield lambda done, total: bar.show(row, completed=done, total=total, visible=True)
@@ -168,12 +163,9 @@ def progress_bar(title: str, unit: str, console: Console = err) -> Iterator[Upda
 def share_bar(console: Console = err) -> Iterator[Callable[[str, float], None]]:
     """Draws a bar while the `with` block runs, which calls `update(what, share)` with what is being
     done and the share that is done of all."""
-    bar = _Bar(
-        *("{task.description}", progress.BarColumn(), progress.TaskProgressColumn(), *LEFT),
-        console=console,
-        transient=True,
-        disable=not console.is_terminal,  # elsewhere nothing would be left of it but an empty line
-    )
+    columns = ("{task.description}", progress.BarColumn(), progress.TaskProgressColumn(), *LEFT)
+    off = not console.is_terminal  # elsewhere nothing would be left of it but an empty line
+    bar = _Bar(*columns, console=console, transient=True, disable=off)
     row = bar.add_task("", total=1.0)
     try:
         yield lambda what, share: bar.show(row, description=plain(what), completed=share)

@@ -193,9 +193,7 @@ class ScoreError(EnergyMarginError, ValueError):
 def _score_table(rows: Iterable[Row], metrics: Sequence[str], *, complete: bool) -> ScoreTable:
     """The table of these rows, by rising index."""
     rows = sorted(rows, key=lambda row: row.index)
-    return ScoreTable(
-        **{name: np.array([getattr(r, name) for r in rows], own) for name, own in COLUMNS.items()},
-        scores={m: np.array([row.scores[m] for row in rows], dtype=float) for m in metrics},
-        warnings={row.index: row.warnings for row in rows if row.warnings},
-        complete=complete,
-    )
+    columns = {n: np.array([getattr(row, n) for row in rows], own) for n, own in COLUMNS.items()}
+    scores = {m: np.array([row.scores[m] for row in rows], dtype=float) for m in metrics}
+    warnings = {row.index: row.warnings for row in rows if row.warnings}
+    return ScoreTable(**columns, scores=scores, warnings=warnings, complete=complete)

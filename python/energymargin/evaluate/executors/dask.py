@@ -117,10 +117,8 @@ class _DaskWorkers(RemoteWorkers):
         """Gives notice of workers that are gone, or of none."""
         before, self._threads = self._threads, threads
         for address in set(before or ()) - set(threads):
-            self._notice(
-                f"the worker {address} is gone, {len(threads)} are left; what it had at hand runs "
-                "elsewhere"
-            )
+            gone = f"the worker {address} is gone, {len(threads)} are left"
+            self._notice(f"{gone}; what it had at hand runs elsewhere")
         if not threads and before != {}:
             way = f"waiting for one (`dask worker {self._address}`)"
             self._notice(f"no workers at {self._address}: {way}")

@@ -76,10 +76,8 @@ def critical_values(found: em.actions.CriticalValues) -> Summary:
 
 def critical_curve(curve: em.CriticalCurve) -> Summary:
     """A row for each point."""
-    rows = [
-        (_with_unit(value, curve.unit), *_where_it_holds(one))
-        for value, one in zip(curve.values, curve.found, strict=True)
-    ]
+    points = zip(curve.values, curve.found, strict=True)
+    rows = [(_with_unit(value, curve.unit), *_where_it_holds(one)) for value, one in points]
     notes = [f"All intervals together cover the line with {curve.confidence:.0%}."]
     picture = Picture("plot_critical_curve", curve, "The line between held and lost.")
     head = (curve.quantity, curve.found[0].quantity, "interval")

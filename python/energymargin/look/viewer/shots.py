@@ -156,11 +156,10 @@ class Shot:
                 mesh = self._mesh(shape_surface(body.shape))
                 look = {"color": styles.BODY_COLORS[body.role], "opacity": OPACITY[body.role]}
                 bodies.append({"mesh": mesh, "object": body.role == "object", **look})
-        names = [body.name for body in self._solid]
-        springs = [
-            [names.index(one.body_a), list(one.point_a), names.index(one.body_b), list(one.point_b)]
-            for one in scene.springs
-        ]
+        number, springs = {body.name: k for k, body in enumerate(self._solid)}, []
+        for one in scene.springs:
+            a, b = (number[one.body_a], list(one.point_a)), (number[one.body_b], list(one.point_b))
+            springs.append([*a, *b])
         self.content |= {"bodies": bodies, "grounds": grounds, "springs": springs, "pale": GHOST}
 
     @property

@@ -235,11 +235,10 @@ def _scene(task: RecordedTask, params: Params) -> Scene:
 
 def _overlaps(in_scene: Placed) -> str:
     """How many frames were moved apart, and how many found no place."""
-    return (
-        f"in {in_scene.moved.any(axis=1).sum()} of {len(in_scene.states)} frames bodies overlapped "
-        f"and were moved apart, by at most {1e3 * in_scene.moved.max():.2g} mm; "
-        f"{in_scene.stuck.sum()} found no place and stay as measured"
-    )
+    many = f"in {in_scene.moved.any(axis=1).sum()} of {len(in_scene.states)} frames"
+    far = f"by at most {1e3 * in_scene.moved.max():.2g} mm"
+    stuck = f"{in_scene.stuck.sum()} found no place and stay as measured"
+    return f"{many} bodies overlapped and were moved apart, {far}; {stuck}"
 
 
 def _frame_labels(recording: Recording, captured: Mapping[int, bool]) -> Mask:

@@ -64,13 +64,13 @@ class Repairs(Record):
 
     def __str__(self) -> str:
         """The counts, as text."""
-        counts = [
-            (len(self.missing), "missing frames filled"),
-            *((len(n), f"poses of the {body} not seen, filled") for body, n in self.unseen.items()),
-            *((len(n), f"outliers of the {body} replaced") for body, n in self.outliers.items()),
-            (len(self.left_out), "frames at its ends left out"),
-        ]
-        return ", ".join(f"{count} {what}" for count, what in counts if count) or "nothing repaired"
+        counts = {"missing frames filled": self.missing}
+        counts |= {f"poses of the {body} not seen, filled": n for body, n in self.unseen.items()}
+        counts |= {f"outliers of the {body} replaced": n for body, n in self.outliers.items()}
+        counts["frames at its ends left out"] = self.left_out
+        return (
+            ", ".join(f"{len(n)} {what}" for what, n in counts.items() if n) or "nothing repaired"
+        )
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -74,11 +74,9 @@ class Run(Summarized):
     @cached_property
     def _questions(self) -> list[tuple[str, int, str, str]]:
         """Metric, number, settings (JSON) and algorithm of each, in the order of METRICS."""
-        rows: Iterable[tuple[str, int, str, str]] = self._database.execute(
-            "SELECT metric, id, settings, algorithm FROM asked JOIN questions ON question = id "
-            "WHERE run = ?",
-            (self.number,),
-        )
+        asked = "SELECT metric, id, settings, algorithm FROM asked JOIN questions ON question = id"
+        rows: Iterable[tuple[str, int, str, str]]
+        rows = self._database.execute(f"{asked} WHERE run = {self.number}")
         order = {metric: place for place, metric in enumerate(METRICS)}
         return sorted(rows, key=lambda row: (order.get(row[0], len(order)), row[0]))
 
@@ -135,11 +133,9 @@ class Run(Summarized):
 
     def missing(self, first: int = 0, last: int | None = None) -> list[int]:
         """The numbers of the states from `first` on, before `last`, that lack a score; rising."""
-        rows = self._database.execute(
-            f"SELECT states.number FROM {self._lacking} AND states.number >= ? "
-            "AND states.number < ? ORDER BY states.number",
-            (first, self.states if last is None else last),
-        )
+        last = self.states if last is None else last
+        within = f"states.number >= {first} AND states.number < {last} ORDER BY states.number"
+        rows = self._database.execute(f"SELECT states.number FROM {self._lacking} AND {within}")
         return [number for (number,) in rows]
 
     def pose(self, digests: Mapping[int, bytes]) -> dict[int, tuple[str, ...]]:
@@ -151,11 +147,9 @@ class Run(Summarized):
     def known_problems(self, numbers: Sequence[int]) -> dict[int, bytes]:
         """Digests of the problems that some states made before, by their numbers, which rise."""
         listed = ", ".join(map(str, numbers))
-        rows = self._database.execute(
-            "SELECT number, digest FROM posed JOIN problems ON problem = problems.id "
-            f"WHERE {self._place} AND number IN ({listed}) ORDER BY number"
-        )
-        return dict(rows)
+        known = "SELECT number, digest FROM posed JOIN problems ON problem = problems.id"
+        place = f"{self._place} AND number IN ({listed})"
+        return dict(self._database.execute(f"{known} WHERE {place} ORDER BY number"))
 
     def forget_problems(self) -> None:
         """Forgets which problems all states made before."""
@@ -324,20 +318,17 @@ class Run(Summarized):
     @property
     def _posed(self) -> str:
         """In SQL: all states, each with its problem if that was made."""
-        return (
-            f"states LEFT JOIN posed ON posed.dataset = states.dataset "
-            f"AND posed.future = {self.future_number} AND posed.number = states.number"
-        )
+        place = f"posed.future = {self.future_number} AND posed.number = states.number"
+        return f"states LEFT JOIN posed ON posed.dataset = states.dataset AND {place}"
 
     @property
     def _lacking(self) -> str:
         """In SQL: the states that lack a score of the run, of which those without a problem have
         none."""
-        return (
-            f"{self._posed} WHERE states.dataset = {self.dataset} AND (SELECT count(*) FROM scores "
-            "WHERE scores.problem = posed.problem "
-            f"AND stream = posed.number AND question IN ({self._listed})) < {len(self.asked)}"
-        )
+        of_state = "scores.problem = posed.problem AND stream = posed.number"
+        there = f"SELECT count(*) FROM scores WHERE {of_state} AND question IN ({self._listed})"
+        states = f"{self._posed} WHERE states.dataset = {self.dataset}"
+        return f"{states} AND ({there}) < {len(self.asked)}"
 
     @cached_property
     def _listed(self) -> str:
