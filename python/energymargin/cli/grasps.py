@@ -90,9 +90,8 @@ def grasps(
         if view is not None:
             import energymargin.viewer  # noqa: F401
     if write is not None:
-        terminal.require_free(
-            write, overwrite=overwrite, option="--write", suffixes=em.grasps.SUFFIXES
-        )
+        known = em.grasps.SUFFIXES
+        terminal.require_free(write, overwrite=overwrite, option="--write", suffixes=known)
     disturbance, known = em.disturbances.Uniform(strength), words.chosen_belief(belief)
     tried = words.chosen_hand(hand), words.chosen_protocol(protocol)
     found = rows.read(file)

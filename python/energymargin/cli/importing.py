@@ -103,9 +103,8 @@ def importing(
     """
     require_one(task=task, problem=problem)
     if not files or (task is None and problem is None):
-        raise ValueError(
-            "expected recordings with --task or --problem: energymargin import --help has examples"
-        )
+        way = "energymargin import --help has examples"
+        raise ValueError(f"expected recordings with --task or --problem: {way}")
     output = output or Path(f"{task or (problem or Path()).stem}-recorded.h5")
     if problem is None:
         made: Any = em.tasks.make(task or "", **parsed(parameter))

@@ -118,9 +118,8 @@ def placements(
         import energymargin.grasps
         import energymargin.placing  # noqa: F401
 
-        terminal.require_outputs(
-            output or (), overwrite=overwrite, suffixes=terminal.TEXTS + terminal.PICTURES
-        )
+        suffixes = terminal.TEXTS + terminal.PICTURES
+        terminal.require_outputs(output or (), overwrite=overwrite, suffixes=suffixes)
     grid = {"spacing": spacing, "turns": turns, "pose": pose}
     if poses is not None and (given_too := [name for name in grid if grid[name] is not None]):
         text = f"--{given_too[0]} is {grid[given_too[0]]}, but it is of a grid"
@@ -144,8 +143,8 @@ def placements(
             **held,
             **asdict(trials),
         )
-    terminal.show_table(found, output or (), lambda: em.plots.plot_ranking(found.ranking))
-    terminal.require_complete(found, "all draws were made")
+    done, draw = "all draws were made", lambda: em.plots.plot_ranking(found.ranking)
+    terminal.show_table(found, output or (), done, draw)
 
 
 def _yaws(turns: int) -> list[float]:

@@ -10,7 +10,7 @@ from cyclopts import Parameter
 import energymargin as em
 from energymargin.base.bars import bar
 from energymargin.cli.options import Outputs, Where, chosen_sampling, options_of, panel
-from energymargin.cli.terminal import PICTURES, TEXTS, require_complete, require_outputs, show_table
+from energymargin.cli.terminal import PICTURES, TEXTS, require_outputs, show_table
 
 COMPARED = panel("How candidates are compared")
 
@@ -73,8 +73,8 @@ def rank(
             progress=progress,
             timeout=where.timeout,
         )
-    show_table(ranking, output or (), lambda: em.plots.plot_ranking(ranking))
-    require_complete(ranking, "all draws were made")
+    done, draw = "all draws were made", lambda: em.plots.plot_ranking(ranking)
+    show_table(ranking, output or (), done, draw)
 
 
 def _candidates(paths: list[Path]) -> dict[str, em.Problem]:

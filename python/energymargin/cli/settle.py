@@ -10,7 +10,7 @@ import energymargin as em
 from energymargin.base.aliases import Floats
 from energymargin.base.bars import bar
 from energymargin.cli.options import Outputs, panel
-from energymargin.cli.terminal import require_complete, require_outputs, show_table
+from energymargin.cli.terminal import require_outputs, show_table
 
 MOVED = 1
 """Exit code where something moves."""
@@ -70,8 +70,7 @@ def settle(
             progress=progress,
             timeout=timeout,
         )
-    show_table(found, output or ())
-    require_complete(found, "it came to rest")
+    show_table(found, output or (), "it came to rest")
     if not found.stays:
         raise SystemExit(MOVED)
 

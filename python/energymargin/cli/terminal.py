@@ -248,9 +248,10 @@ def print_markdown(text: str) -> None:
 
 
 def show_table(
-    result: Table, outputs: Iterable[Path], plot: Callable[[], Axes] | None = None
+    result: Table, outputs: Iterable[Path], done: str, plot: Callable[[], Axes] | None = None
 ) -> None:
-    """Prints the table of a result, and writes it, or what `plot` draws, by the files' suffixes."""
+    """Prints the table of a result, and writes it, or what `plot` draws, by the files' suffixes.
+    Ends the command as `require_complete` if it was stopped before it was `done`."""
     table = result.to_markdown()
     print_markdown(table)
     for path in outputs:
@@ -259,6 +260,7 @@ def show_table(
         else:
             replace_text(path, result.to_csv() if path.suffix == ".csv" else table)
     say_written(outputs)
+    require_complete(result, done)
 
 
 def write_plot(path: Path, axes: Any) -> None:

@@ -41,9 +41,8 @@ class Dask:
     def __post_init__(self) -> None:
         """Raises ValueError on a string that is no address."""
         if isinstance(self.scheduler, str) and not re.search(r"[\w\]]:\d+$", self.scheduler):
-            raise ValueError(
-                f"scheduler is {self.scheduler!r}, expected an address such as tcp://127.0.0.1:8786"
-            )
+            expected = "expected an address such as tcp://127.0.0.1:8786"
+            raise ValueError(f"scheduler is {self.scheduler!r}, {expected}")
 
     def workers(self) -> RemoteWorkers:
         """As Executor.workers. Raises ConnectionError if there is no scheduler."""

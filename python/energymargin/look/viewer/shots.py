@@ -41,21 +41,17 @@ MOST_POINTS, MOST_EDGES = 20_000, 8_000
 SPOTS = (500, 350, 250, 175, 125)  # along the view's longest side; the coarsest is a dot's size
 
 
-class Blobs:
-    """Arrays of a page as base64, each once."""
-
-    def __init__(self) -> None:
-        """None yet."""
-        self._numbers: dict[bytes, int] = {}
+class Blobs(dict[bytes, int]):
+    """Arrays of a page as bytes, each once, with their numbers."""
 
     def add(self, array: ArrayLike, kind: type[np.generic] = np.float32) -> int:
         """The array's number."""
         content = np.ascontiguousarray(array, kind).tobytes()
-        return self._numbers.setdefault(content, len(self._numbers))
+        return self.setdefault(content, len(self))
 
     def texts(self) -> list[str]:
-        """All of them, by number."""
-        return [base64.b64encode(content).decode() for content in self._numbers]
+        """All of them as base64, by number."""
+        return [base64.b64encode(content).decode() for content in self]
 
 
 class Shot:

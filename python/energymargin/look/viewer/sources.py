@@ -186,11 +186,9 @@ class FrameScores(Record):
 
     def at(self, number: int) -> Columns:
         """The titles, and the scores of the state of that number by metric."""
-        titles = [title for title, _ in self.columns]
-        scores = [
-            {m: float(values[number]) for m, values in own.items()} for _, own in self.columns
-        ]
-        return list(zip(titles, scores, strict=True))
+        titles, scores = zip(*self.columns, strict=True)
+        of_state = [{m: float(values[number]) for m, values in own.items()} for own in scores]
+        return list(zip(titles, of_state, strict=True))
 
 
 def profile_scores(profile: MarginProfile) -> FrameScores:

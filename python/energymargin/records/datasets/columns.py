@@ -147,30 +147,21 @@ def check_labels(labels: NDArray[np.int8]) -> None:
         raise ValueError("a label of at least one object is neither there nor absent")
 
 
-class BodyNames:
-    """A table of the names of bodies, in the order of their first contacts.
+class BodyNumbers(dict[str, int]):
+    """Numbers of bodies by their names, in the order of their first contacts.
 
     That order depends on the contacts alone, not on the blocks in which they come.
     """
 
-    def __init__(self) -> None:
-        """An empty table."""
-        self._numbers: dict[str, int] = {}
-
-    @property
-    def names(self) -> list[str]:
-        """By their numbers."""
-        return list(self._numbers)
-
     def renumbered(self, block: Block) -> NDArray[np.void]:
-        """A block's contacts with the numbers of this table, which gets the names it lacks."""
+        """A block's contacts with these numbers; names that lack one get it."""
         contacts = block.columns["contacts"]
         pairs = np.stack([contacts["body_a"], contacts["body_b"]], axis=1)
         used, first = np.unique(pairs, return_index=True)
         order = used[np.argsort(first)].tolist()
         numbers = np.zeros(len(block.bodies), dtype=np.uint32)
         for old in order:
-            numbers[old] = self._numbers.setdefault(block.bodies[old], len(self._numbers))
+            numbers[old] = self.setdefault(block.bodies[old], len(self))
         if (numbers[used] == used).all():
             return contacts
         renumbered = contacts.copy()

@@ -28,7 +28,7 @@ from energymargin.base.summary import Summarized
 from energymargin.model.beliefs.belief import Belief
 from energymargin.model.beliefs.uncertainty import Uncertainty
 from energymargin.records.datasets import files
-from energymargin.records.datasets.columns import COLUMNS, ROW, Block, BodyNames, as_blocks
+from energymargin.records.datasets.columns import COLUMNS, ROW, Block, BodyNumbers, as_blocks
 from energymargin.records.datasets.future import Future
 from energymargin.tasks.base import Task
 from energymargin.tasks.scripted import Following
@@ -276,14 +276,14 @@ def open(path: AnyPath) -> Dataset:
 def _digest(task: str, parameters: dict[str, Any], blocks: Iterable[Block]) -> str:
     """Digest of trajectories in any blocks: each column is a stream of bytes of its own."""
     streams = {name: hashlib.sha256() for name in _HASHED}
-    bodies = BodyNames()
+    bodies = BodyNumbers()
     for block in blocks:
         columns = {**block.columns, "contacts": bodies.renumbered(block)}
         for name, stream in streams.items():
             column = columns[name] if name in columns else block.rows[name]
             stream.update(np.ascontiguousarray(column).data.cast("B"))
     parts = {name: stream.hexdigest() for name, stream in streams.items()}
-    text = json.dumps([task, parameters, bodies.names, parts], sort_keys=True)
+    text = json.dumps([task, parameters, list(bodies), parts], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 
 

@@ -152,7 +152,7 @@ def _write_blocks(file: h5py.File, sink: Sink, blocks: Iterable[columns.Block]) 
         chunk = (max(1, CHUNK_BYTES // kind.itemsize),)
         grows: dict[str, Any] = {"chunks": chunk, "maxshape": (None,), **_PACKED}
         made[name] = file.create_dataset(name, (0,), kind, **grows)
-    bodies = columns.BodyNames()
+    bodies = columns.BodyNumbers()
     for block in blocks:
         contacts = bodies.renumbered(block)
         entries = {**block.columns, "contacts": contacts, "trajectories": block.rows}
@@ -161,7 +161,7 @@ def _write_blocks(file: h5py.File, sink: Sink, blocks: Iterable[columns.Block]) 
             column.resize(before + len(entries[name]), axis=0)
             column[before:] = entries[name]
         sink.require_written()
-    file.create_dataset("bodies", data=bodies.names, dtype=h5py.string_dtype())
+    file.create_dataset("bodies", data=list(bodies), dtype=h5py.string_dtype())
 
 
 def _rows(file: h5py.File) -> NDArray[np.void]:

@@ -106,9 +106,8 @@ class Evaluation(Record, Summarized):
     @property
     def trajectories(self) -> dict[str, Cell]:
         """By score, the cells that are there of whole trajectories."""
-        cells = zip(
-            pairing.SUCCESSES, (self.success, self.probable_success, self.success_any), strict=True
-        )
+        of_all, probable, of_any = self.success, self.probable_success, self.success_any
+        cells = zip(pairing.SUCCESSES, (of_all, probable, of_any), strict=True)
         return {score: cell for score, cell in cells if cell is not None}
 
     def to_csv(self) -> str:

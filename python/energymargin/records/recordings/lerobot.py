@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -186,20 +186,15 @@ def _table(file: Path, columns: Sequence[str]) -> Any:
         from pyarrow import parquet
     try:
         with parquet.ParquetFile(file) as opened:
-            count = sum(_stored(opened.metadata, columns))
+            groups = map(opened.metadata.row_group, range(opened.metadata.num_row_groups))
+            stored = [group.column(k) for group in groups for k in range(group.num_columns)]
+            asked = (one for one in stored if one.path_in_schema.partition(".")[0] in columns)
+            count = sum(one.num_values for one in asked)
             if count > MOST_NUMBERS:
                 raise ValueError(f"has {count} numbers, expected at most {MOST_NUMBERS} in a file")
             return opened.read(columns=list(columns))
     except ValueError as error:  # those of pyarrow are such
         raise ValueError(f"{file}: {error}") from error
-
-
-def _stored(metadata: Any, columns: Sequence[str]) -> Iterator[int]:
-    """How many numbers each part of the columns of a Parquet file has."""
-    for group in map(metadata.row_group, range(metadata.num_row_groups)):
-        for column in map(group.column, range(group.num_columns)):
-            if column.path_in_schema.partition(".")[0] in columns:
-                yield column.num_values
 
 
 def _numbers(file: Path, table: Any, feature: str, place: int, size: int) -> Floats:

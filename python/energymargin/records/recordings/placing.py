@@ -207,9 +207,8 @@ def _recorded_task(task: str | Task, *, labelled: bool) -> RecordedTask:
 def _numbers(task: RecordedTask) -> dict[str, float]:
     """The task's parameters that are numbers."""
     given = parameters_of(task).items()
-    return {
-        n: float(v) for n, v in given if isinstance(v, (int, float)) and not isinstance(v, bool)
-    }
+    plain = ((n, v) for n, v in given if isinstance(v, (int, float)))
+    return {name: float(value) for name, value in plain if not isinstance(value, bool)}
 
 
 def _require_names(names: Sequence[str], *labels: Mapping[str, Any] | None) -> None:

@@ -68,9 +68,8 @@ class Repairs(Record):
         counts |= {f"poses of the {body} not seen, filled": n for body, n in self.unseen.items()}
         counts |= {f"outliers of the {body} replaced": n for body, n in self.outliers.items()}
         counts["frames at its ends left out"] = self.left_out
-        return (
-            ", ".join(f"{len(n)} {what}" for what, n in counts.items() if n) or "nothing repaired"
-        )
+        words = ", ".join(f"{len(n)} {what}" for what, n in counts.items() if n)
+        return words or "nothing repaired"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
