@@ -58,11 +58,8 @@ def demo(
     """
     require_own_folder(output, overwrite=overwrite)
     settings, executor = replace(SEARCH, **given), Where(threads=threads).executor()
-    say(
-        f"{trajectories} pushes, each state of which is scored, and six grips of a mallet. With 6 "
-        "pushes and 8 trials a grip this takes some 20 s on two cores, with 50 and 30 a minute, "
-        "and two with 100 nodes in place of 30."
-    )
+    what = f"{trajectories} pushes, each state of which is scored, and six grips of a mallet"
+    say(f"{what}. 6 pushes and 8 trials a grip take some 20 s on two cores, 50 and 30 a minute.")
     path = output / f"{TASK}.h5"
     if not _is_there(path, trajectories, settings.seed):
         with bar(f"Generating {TASK}", "trajectories") as progress:

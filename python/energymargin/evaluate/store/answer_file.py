@@ -206,11 +206,9 @@ class AnswerFile(Closing):
         if small and (state := self.value("PRAGMA quick_check(1)")) != "ok":
             raise ValueError(f"{self.path} is damaged: {' '.join(state.split())}")
         if self._is_smaller_than(SUMMED) and not self._has_its_checksum():
-            raise ValueError(
-                f"{self.path} is damaged, as its checksum says: take a copy of it from elsewhere, "
-                "or remove it; if it was changed on purpose, DELETE FROM checksum in SQLite takes "
-                "it"
-            )
+            text = f"{self.path} is damaged, as its checksum says"
+            text += ": take a copy of it from elsewhere, or remove it; if it was changed on purpose"
+            raise ValueError(f"{text}, DELETE FROM checksum in SQLite takes it")
         if not schema.has_its_tables(self.database):
             text = f"{self.path} is damaged: its tables are not those of a file of scores"
             raise ValueError(text)

@@ -131,11 +131,9 @@ def _script_of(task: Task) -> Callable[..., Plan]:
     plan: Callable[..., Plan] | None = getattr(task, "plan", None)
     if callable(plan):
         return plan
-    raise ValueError(
-        f"plan is 'script', but task {task.name!r} does not say what its robot is about to do: "
-        f"give {type(task).__name__} a method `plan(state, time, params, horizon)` that returns an "
-        "em.Plan, or ask with plan 'hold' or none"
-    )
+    text = f"plan is 'script', but task {task.name!r} does not say what its robot is about to do"
+    text += f": give {type(task).__name__} a method `plan(state, time, params, horizon)`"
+    raise ValueError(f"{text} that returns an em.Plan, or ask with plan 'hold' or none")
 
 
 def _require_rollout(task: ScriptedTask, trajectory: Trajectory) -> None:

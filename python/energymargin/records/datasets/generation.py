@@ -140,11 +140,9 @@ def _executor(
 
 def _require_registered(task: Task, given: str) -> None:
     if not _can_be_made_again(task):
-        raise ValueError(
-            f"{given}, but workers cannot make the task {task.name!r} of "
-            f"{type(task).__module__}: register it as an entry point of the group "
-            "'energymargin.tasks', or use processes=1"
-        )
+        text = f"{given}, but workers cannot make the task {task.name!r} of {type(task).__module__}"
+        text += ": register it as an entry point of the group 'energymargin.tasks'"
+        raise ValueError(f"{text}, or use processes=1")
 
 
 def _can_be_made_again(task: Task) -> bool:

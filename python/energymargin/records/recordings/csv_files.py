@@ -140,11 +140,9 @@ class Columns:
         known = {} if self.columns else headers(first)
         for number, cell in enumerate(() if self.columns else first):
             if cell not in known:
-                raise ValueError(
-                    f"the header has {cell!r}, expected {', '.join(fields_of(first))}, each "
-                    "perhaps with its unit, as object_yaw_deg; or say which column is what: "
-                    "columns=, --columns FILE"
-                )
+                text = f"the header has {cell!r}, expected {', '.join(fields_of(first))}"
+                text += ", each perhaps with its unit, as object_yaw_deg"
+                raise ValueError(f"{text}; or say which column is what: columns=, --columns FILE")
             name, size = known[cell]
             if name in found:
                 raise ValueError(f"the header has {name!r} more than once")
