@@ -70,7 +70,8 @@ def limits(
     asked |= {"store": store, "draws": draws}
     found: em.actions.CriticalValues | em.grasps.GraspLimits
     if hand is None:
-        found = _of_problem(file, asked)
+        with bar("Searching", "rollouts") as progress:
+            found = em.critical_values(em.Problem.load(str(file)), progress=progress, **asked)
     else:
         found = _of_grasps(rows.read(file), hand, protocol, thing, asked)
     told = em.summary.summary(found)
@@ -84,11 +85,6 @@ def limits(
         replace_text(output, cards.get(output.suffix) or found.to_json())
         terminal.say_written([output])
     terminal.require_complete(found, "all values were tried")
-
-
-def _of_problem(file: Path, asked: dict[str, Any]) -> em.actions.CriticalValues:
-    with bar("Searching", "rollouts") as progress:
-        return em.critical_values(em.Problem.load(str(file)), progress=progress, **asked)
 
 
 def _of_grasps(

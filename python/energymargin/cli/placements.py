@@ -128,6 +128,7 @@ def placements(
     with arguments_as_options(OF_OBJECT):
         object = em.grasps.GraspObject.of(None, **given(thing))
     scene = _scene(object, on, on_friction, on_scale, pose)
+    many = whole_number("turns", 1 if turns is None else turns, 1, 3600)
     with bar("Ranking", "draws") as progress:
         found = em.placements(
             scene,
@@ -135,7 +136,7 @@ def placements(
             None if poses is None else _poses(poses),
             on=[body.name for body in scene.bodies if body.name != "object"],
             spacing=0.05 if spacing is None else spacing,
-            yaws=_yaws(1 if turns is None else turns),
+            yaws=[2 * np.pi * turn / many for turn in range(many)],
             uncertainty=None if sampling is None else sampling.uncertainty,
             executor=where.executor(),
             progress=progress,
@@ -145,12 +146,6 @@ def placements(
         )
     done, draw = "all draws were made", lambda: em.plots.plot_ranking(found.ranking)
     terminal.show_table(found, output or (), done, draw)
-
-
-def _yaws(turns: int) -> list[float]:
-    """So many angles [rad]. Raises ValueError unless they are some."""
-    turns = whole_number("turns", turns, 1, 3600)
-    return [2 * np.pi * turn / turns for turn in range(turns)]
 
 
 def _poses(path: Path) -> dict[str, Floats]:

@@ -61,7 +61,6 @@ def report(
         lacking = em.report.write(
             scores, output, run=run, options=options, data=data, progress=progress
         )
-    size = output.stat().st_size / 1e6
-    say(f"Wrote {escape(str(output))}, {size:.1f} MB: open it in a browser")
+    say(f"Wrote {escape(str(output))}, {output.stat().st_size / 1e6:.1f} MB: open it in a browser")
     for text in lacking:
         say(f"[yellow]Notice in the page:[/] {escape(text)}")

@@ -11,10 +11,11 @@ from cyclopts import Parameter
 
 import energymargin as em
 from energymargin.base.bars import bar
+from energymargin.base.replacing import PAGES
 from energymargin.cli.options import Parameters, PlanWord, as_number, chosen_future, panel, parsed
 from energymargin.cli.terminal import loading, require_free, say_written, share_bar
 
-PAGES, PICTURES = (".html", ".htm"), (".png", ".gif")
+PICTURES = (".png", ".gif")
 PICTURE = panel("A picture instead of a page")
 SIZE = "1400x900"
 

@@ -76,10 +76,8 @@ def future_rows(problem: Problem) -> list[NamedValue]:
     """Horizon, looks at the capture set, and plan; nothing of a problem without a clock."""
     if problem.horizon is None:
         return []
-    rows = [
-        ("horizon", f"{problem.horizon:.4g} s"),
-        ("between two looks", CHECK if problem.check is None else f"{problem.check:.3g} s"),
-    ]
+    looks = CHECK if problem.check is None else f"{problem.check:.3g} s"
+    rows = [("horizon", f"{problem.horizon:.4g} s"), ("between two looks", looks)]
     if problem.dwell > 0.0:
         rows.append(("an escape lasts", f"at least {problem.dwell:.3g} s"))
     if problem.plan is None:

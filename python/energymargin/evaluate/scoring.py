@@ -115,8 +115,7 @@ def _warn_of_steps(table: ScoreTable, problems: Mapping[int, Problem]) -> None:
     for rows in (lengths == length for length in np.unique(lengths)):
         counts = int(table.steps[rows].sum()), int(table.unconverged[rows].sum())
         lost_time = float(table.lost_time[rows].sum())
-        scene = problems[int(table.index[rows][0])].scene
-        warn_of_steps(*counts, lost_time, scene)
+        warn_of_steps(*counts, lost_time, problems[int(table.index[rows][0])].scene)
 
 
 def _indices(indices: Sequence[int] | None, problems: int) -> Sequence[int]:

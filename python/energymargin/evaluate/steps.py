@@ -55,13 +55,11 @@ class TriedStep(Record):
         """Whether the mean is off by no more, and no problem is by its own interval."""
         if self.refused:
             return False
-        single = map(self._interval_of, range(len(self.better)))
+        counts = zip(self.better, self.worse, self.pairs, strict=True)
+        single = (_interval(*of_problem) for of_problem in counts)
         near = all(low <= error and high >= -error for low, high in single)
         low, high = self.interval()
         return near and -error <= low and high <= error
-
-    def _interval_of(self, problem: int) -> tuple[float, float]:
-        return _interval(self.better[problem], self.worse[problem], self.pairs[problem])
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -43,7 +43,8 @@ def plot_grasps(scores: GraspScores, ax: Axes | None = None) -> Axes:
     axes = styles.axes_or_new(ax, *SIZE)
     ranks, values = np.arange(1, len(scored) + 1), scores.probabilities[scored]
     low, high = scores.interval()[scored].T
-    kinds = np.array([_kind(label) for label in scores.grasps.labels[scored]])
+    labels = scores.grasps.labels[scored]
+    kinds = np.where(np.isnan(labels), "", np.where(labels >= 0.5, "held", "lost"))
     size = float(np.clip(160 / max(len(scored), 1), 2.0, 6.0))
     for kind, (words, color, marker) in KINDS.items():
         own = kinds == kind
@@ -72,8 +73,7 @@ def figure_grasp(scores: GraspScores, number: int) -> Figure:
     inside of what it is in. Raises ValueError on another thing than GraspScores, or no number of a
     grasp.
     """
-    if whole_number("number", number, 0) >= len(scores.grasps):
-        raise ValueError(f"number is {number}, expected 0 to {len(scores.grasps) - 1}")
+    whole_number("number", number, 0, len(scores.grasps) - 1)
     trials, grasp = scores.trials, grasp_of(scores.grasps, number)
     draw = trials.draw(-1)
     closed, (scene, _) = trials.grip(grasp, draw), trials.scene(grasp.opening, draw, gravity=False)
@@ -120,18 +120,13 @@ def _turned(scene: Scene, closed: Closed, table: bool) -> Floats:
     return turned
 
 
-def _kind(label: float) -> str:
-    return "" if np.isnan(label) else "held" if label >= 0.5 else "lost"
-
-
 def plot_resting_pose(poses: RestingPoses, number: int = 0, ax: Axes | None = None) -> Axes:
     """A pose from the side along which it topples most easily, with its probability.
 
     Returns `ax`, or the axes of a new figure. Raises ValueError on another thing than RestingPoses,
     or no number of a pose.
     """
-    if whole_number("number", number, 0) >= len(poses.poses):
-        raise ValueError(f"number is {number}, expected below {len(poses)}, the number of poses")
+    whole_number("number", number, 0, len(poses) - 1)
     ax = styles.axes_or_new(ax, 3.2, 2.8)
     one = poses[number]
     scene = Scene()

@@ -107,8 +107,7 @@ def plot_distribution(one: curves.Wrongness, ax: Axes) -> None:
     first and the last bin.
     """
     scores, labels = one.compared.scores, one.compared.labels
-    finite = scores[np.isfinite(scores)]
-    edges = np.linspace(*_range(one.metric, finite), BINS + 1)
+    edges = np.linspace(*_range(one.metric, scores[np.isfinite(scores)]), BINS + 1)
     width = edges[1] - edges[0]
     places = np.append(edges[:-1] + width / 2, edges[-1] + 2 * width)
     for label, (color, hatch) in LABEL_STYLES.items():

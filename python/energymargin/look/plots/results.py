@@ -38,10 +38,8 @@ from energymargin.model.beliefs.belief import Belief
 CURVE_SIZE, FUTURE_SIZE = (6.0, 3.6), (6.0, 4.5)  # inch
 ENGINES_HEIGHTS = (2.8, 1.6)  # inch: of the probabilities, and of the distances below
 FUTURE_PATH: dict[str, Any] = {"color": "#0072B2", "linewidth": 1.8, "zorder": 8}
-EXIT_MARK: dict[str, Any] = {
-    **{"color": styles.LOST_COLOR, "marker": "D", "markersize": 6, "linestyle": ""},
-    **{"markeredgecolor": "white", "zorder": 9},
-}
+EXIT_MARK: dict[str, Any] = {"color": styles.LOST_COLOR, "marker": "D", "markersize": 6}
+EXIT_MARK |= {"linestyle": "", "markeredgecolor": "white", "zorder": 9}
 
 BESIDE = 0.03  # of the width from one node to the most: free on both sides, where a mark may be
 BAND = 0.15  # opacity

@@ -60,8 +60,7 @@ def draw_ghost(ax: Axes, scene: Scene, state: Floats, plane: Plan) -> None:
 
 def draw_lost(ax: Axes, scene: Scene, state: Floats, plane: Plan, names: Collection[str]) -> None:
     """The outlines of the objects of these names where they have left the capture set."""
-    dashes = (0, (3, 1.5))
-    draw_outlines(ax, scene, state, plane, names, gid="lost", linestyle=dashes, **LOST)
+    draw_outlines(ax, scene, state, plane, names, gid="lost", linestyle=(0, (3, 1.5)), **LOST)
 
 
 def draw_outlines(

@@ -154,8 +154,7 @@ def _check_looks(limits: Limits, most: float | None, ghosts: int, detail: int) -
         checks.positive_number("most", most)
     checks.whole_number("ghosts", ghosts, 0)
     checks.whole_number("detail", detail, 2)
-    view = checks.numbers_of("limits", limits, VIEW, (2, 2))
-    if not (np.diff(view) > 0).all():
+    if not (np.diff(checks.numbers_of("limits", limits, VIEW, (2, 2))) > 0).all():
         raise ValueError(f"limits is {limits!r}, expected {VIEW}")
 
 

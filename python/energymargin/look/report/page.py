@@ -18,13 +18,12 @@ from energymargin.base.aliases import AnyPath
 from energymargin.base.checks import check_type, whole_number
 from energymargin.base.interrupts import raise_if_interrupted, remembered_interrupts
 from energymargin.base.metrics import TIMED
-from energymargin.base.replacing import replaced, require_suffix
+from energymargin.base.replacing import PAGES, replaced, require_suffix
 from energymargin.evaluation import curves
 from energymargin.look.plots.companions import figure_grasp, plot_grasps
 from energymargin.look.report import pictures
 from energymargin.look.report.subject import Subject, notices, read_subject, view_command
 
-SUFFIXES = (".html", ".htm")
 READ, DRAWN = 0.05, 0.5  # of all: what is done when the file is read, and when the tables are there
 PACKAGES = ("energymargin", "numpy", "scikit-learn", "matplotlib")
 ENOUGH = 10  # trajectories; a bootstrap of fewer gives intervals that are too narrow
@@ -105,7 +104,7 @@ def write(
     chosen = Options() if options is None else options
     check_type("options", chosen, Options, "a report.Options")
     output = Path(output)
-    require_suffix("output", output, SUFFIXES)
+    require_suffix("output", output, PAGES)
     for name, path in {"scores": scores, "data": data}.items():
         if path is not None and output.resolve() == Path(path).resolve():
             text = f"output is {str(output)!r}, which is the file of {name}, {str(path)!r}"
@@ -203,7 +202,7 @@ def write_grasps(
     Raises ValueError on other scores and another suffix, and OSError if it cannot be written.
     """
     output = Path(output)
-    require_suffix("output", output, SUFFIXES)
+    require_suffix("output", output, PAGES)
     table, found = scores.table(), em.summary.summary(scores)
     with remembered_interrupts(), replaced(output) as file:
         figure = Figure(figsize=SIZE, layout="constrained")

@@ -214,8 +214,7 @@ def _notes(stored: float, repeated: RepeatedSearch, sampling: object | None) -> 
 
 def _why(one: curves.Wrongness, place: int) -> str:
     side = "below" if one.compared.labels[place] else "above"
-    if one.ranks.level[place]:
-        side += " or level with"
+    side += " or level with" if one.ranks.level[place] else ""
     share = one.ranks.beyond[place] + one.ranks.level[place]
     return f"Ranked {side} {100 * share:.3g} % of all with the other label."
 

@@ -199,8 +199,8 @@ def _command(subject: Subject, metrics: Sequence[str] | None) -> str | None:
     usual = future is None or future == em.datasets.Future(future.frames, future.plan)
     if not (usual and set(subject.run.settings) <= set(known)):
         return None
-    dataset = str(subject.data_path or "DATASET.h5")
-    words = ["energymargin", "score", dataset, "-o", str(subject.path)]
+    words = ["energymargin", "score", str(subject.data_path or "DATASET.h5")]
+    words += ["-o", str(subject.path)]
     if metrics is not None:
         words += ["--metrics", ",".join(metrics)]
     elif future is None:

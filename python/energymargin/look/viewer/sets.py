@@ -109,9 +109,7 @@ def region_surface(
         size[2] = FLAT * view.size
         axes[2] = np.array([view.floor + 2 * layer * size[2]])
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-    inside = contains(grid.reshape(-1, 3)).reshape(grid.shape[:3])
-    if flat:
-        inside = np.repeat(inside, 2, axis=2)
+    inside = np.repeat(contains(grid.reshape(-1, 3)).reshape(grid.shape[:3]), 1 + flat, axis=2)
     return _surface(inside, contains, grid[0, 0, 0], size, sides=2 if flat else 3)
 
 

@@ -46,8 +46,7 @@ class Blobs(dict[bytes, int]):
 
     def add(self, array: ArrayLike, kind: type[np.generic] = np.float32) -> int:
         """The array's number."""
-        content = np.ascontiguousarray(array, kind).tobytes()
-        return self.setdefault(content, len(self))
+        return self.setdefault(np.ascontiguousarray(array, kind).tobytes(), len(self))
 
     def texts(self) -> list[str]:
         """All of them as base64, by number."""
@@ -60,6 +59,7 @@ class Shot:
     def __init__(self, blobs: Blobs, name: str, problem: em.Problem, states: Floats) -> None:
         """A problem's bodies in its state, in a view that holds these states, shape (K, n)."""
         self._blobs, self._problem = blobs, problem
+        self._solid = [b for b in problem.scene.bodies if not isinstance(b.shape, em.Plane)]
         states = states[np.isfinite(states).all(axis=1)]
         chosen = np.linspace(0, len(states) - 1, min(len(states), SAMPLES)).astype(int)
         self._view = view = view_around(problem.scene, states[chosen])
@@ -157,10 +157,6 @@ class Shot:
             a, b = (number[one.body_a], list(one.point_a)), (number[one.body_b], list(one.point_b))
             springs.append([*a, *b])
         self.content |= {"bodies": bodies, "grounds": grounds, "springs": springs, "pale": GHOST}
-
-    @property
-    def _solid(self) -> list[em.Body]:
-        return [b for b in self._problem.scene.bodies if not isinstance(b.shape, em.Plane)]
 
     def _poses(self, states: Floats) -> int:
         """Position and quaternion of each body that is no plane, float32 of (K, B, 7)."""

@@ -173,8 +173,7 @@ def _scale(scored: Scored) -> str:
     """The colours of the costs, if there are any."""
     if not scored.tree.costs.max() > 0.0:
         return ""
-    colors = matplotlib.colormaps[styles.COSTS](np.linspace(0, 1, 7))
-    stops = ",".join(map(to_hex, colors))
+    stops = ",".join(map(to_hex, matplotlib.colormaps[styles.COSTS](np.linspace(0, 1, 7))))
     bar = f'<div style="height:0.7em;background:linear-gradient(to right,{stops})"></div>'
     more = " or more" if scored.tree.costs.max() > scored.most else ""
     ends = f"<span>0</span><span>cost of a node</span><span>{scored.most:.3g} J{more}</span>"

@@ -162,8 +162,7 @@ class Dataset(Closing, Summarized):
         def question(state: Floats) -> Problem:
             states = np.array(trajectory.states)
             states[k] = state
-            moved = replace(trajectory, states=states)
-            return self._problem(moved, t, k, future).with_state(state)
+            return self._problem(replace(trajectory, states=states), t, k, future).with_state(state)
 
         believed = self._problem(trajectory, t, k, future)
         return Belief(believed, uncertainty=uncertainty, question=question)

@@ -188,8 +188,7 @@ def generate_shard(
         for index in indices:
             if cancel.is_set:
                 break
-            seed = _stream(request.seed, index)
-            recorded.append(task.rollout(seed, request.frames, **options))
+            recorded.append(task.rollout(_stream(request.seed, index), request.frames, **options))
     except Cancelled:
         if not cancel.is_set:  # the task's own
             raise
@@ -224,10 +223,7 @@ class Parts(AnswerFile):
 
         Raises ValueError if another process has it, or if it has shards of another request.
         """
-        place = parts_of(path)
-        if place.is_dir():
-            raise ValueError(f"{place} is a folder of parts, as of 0.14: remove it, and ask again")
-        super().__init__(place, create=True)
+        super().__init__(parts_of(path), create=True)
         self.request = request
         asked = json.dumps({**asdict(request), "energymargin": version("energymargin")})
         try:

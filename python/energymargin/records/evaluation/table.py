@@ -99,9 +99,8 @@ class Evaluation(Record, Summarized):
         """In words, how many states lack a score: those not scored yet, or not to be simulated."""
         alone, lost = self.missing == 1, self.missing_trajectories
         states = "state has no score and is" if alone else "states have no score and are"
-        text = f"{self.missing} {states} left out"
-        trajectories = "is 1 trajectory" if lost == 1 else f"are {lost} trajectories"
-        return f"{text}; so {trajectories} of success" if lost else text
+        so = "is 1 trajectory" if lost == 1 else f"are {lost} trajectories"
+        return f"{self.missing} {states} left out" + f"; so {so} of success" * bool(lost)
 
     @property
     def trajectories(self) -> dict[str, Cell]:
@@ -163,10 +162,8 @@ class Evaluation(Record, Summarized):
         if cells and all(cell.auc_interval is None for cell in cells):
             sentences.append("Intervals take more trajectories than these: there are none.")
         if self.trajectories:
-            sentences.append(
-                f"Success: the last {self.last} frames of a trajectory, whose success has no "
-                "horizon; the last frame alone tells most of it."
-            )
+            whole = f"Success: the last {self.last} frames of a trajectory, whose success has no "
+            sentences.append(f"{whole}horizon; the last frame alone tells most of it.")
         if self.missing and (len(self.counts) != 1 or self.missing_trajectories):
             sentences.append(f"{self.left_out}.")
         return " ".join(filter(None, sentences))

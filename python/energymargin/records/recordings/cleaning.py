@@ -294,8 +294,7 @@ def _require_agreement(
     The root mean square of their difference may be half of the larger one's, and a bit more.
     """
     turns = 2 if len(names) == 3 else 3  # where rates of turns begin, in the plane or in space
-    parts = zip((slice(turns), slice(turns, None)), LEAST_DISAGREEMENT, strict=True)
-    for columns, least in parts:
+    for columns, least in zip((slice(turns), slice(turns, None)), LEAST_DISAGREEMENT, strict=True):
         squares = (np.square(rates[:, columns]) for rates in (given, derived, given - derived))
         own, of_poses, apart = (float(np.sqrt(np.mean(np.sum(s, axis=1)))) for s in squares)
         if apart > DISAGREEMENT * max(own, of_poses) + least:

@@ -36,10 +36,8 @@ if TYPE_CHECKING:
 SUFFIXES = (".csv", ".parquet")
 QUANTILES = (0.1, 0.5, 0.9)  # of the particles of a belief
 
-OF_STATE = (  # columns of the fields of a ScoredState, but its scores
-    *("trajectory", "frame", "captured", "succeeded"),
-    *("captured_any", "succeeded_any", "seconds"),
-)
+OF_LABELS = ("captured", "succeeded", "captured_any", "succeeded_any")
+OF_STATE = ("trajectory", "frame", *OF_LABELS, "seconds")  # a ScoredState's but for its scores
 OF_PANDAS = {int: "int64", bool: "boolean", float: "float64", str: "str"}
 
 Kinds = dict[str, type]

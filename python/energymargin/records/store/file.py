@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -122,8 +123,7 @@ class ScoreStore(AnswerFile, Summarized):
         return number
 
 
-def _json(settings: Mapping[str, Any]) -> str:
-    return json.dumps(settings, sort_keys=True)
+_json = partial(json.dumps, sort_keys=True)
 
 
 def add_scores(

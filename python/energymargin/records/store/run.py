@@ -202,8 +202,7 @@ class Run(Summarized):
 
     def rows(self) -> Iterator[ScoredState]:
         """All states, in the order of their numbers."""
-        asked = self.asked.values()
-        scores = "".join(f", max(iif(question = {n}, value, NULL))" for n in asked)
+        scores = "".join(f", max(iif(question = {n}, value, NULL))" for n in self.asked.values())
         rows = self._database.execute(
             "SELECT trajectory, frame, captured, success, captured_any, success_any, "
             f"total(seconds){scores} FROM {self._posed} "
