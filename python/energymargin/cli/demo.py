@@ -111,14 +111,10 @@ def score_grips(trials: int, executor: em.executors.Executor) -> em.grasps.Grasp
     poses[:, 1, 3], poses[:, 2, 3] = -np.array(BELOW_HEAD), HANDLE[2] / 2
     names = tuple(f"{100 * below:.0f} cm below the head" for below in BELOW_HEAD)
     motions = [em.grasps.Motion("lift", 0.6, LIFT), em.grasps.Motion("hold", 0.4)]
+    mallet = em.grasps.GraspObject(em.Compound([handle, head]), MASS)
+    protocol = em.grasps.Protocol(motions, table=True, angle=LARGEST_TILT)
+    belief = em.grasps.GraspBelief(pose=POSE_ERRORS, friction=FRICTION_ERROR)
+    asked = em.grasps.GraspSet(poses, names=names), "panda", mallet, protocol
     with bar("Gripping a mallet", "grips") as progress:
-        return em.grasps.score(
-            em.grasps.GraspSet(poses, names=names),
-            "panda",
-            em.grasps.GraspObject(em.Compound([handle, head]), MASS),
-            em.grasps.Protocol(motions, table=True, angle=LARGEST_TILT),
-            belief=em.grasps.GraspBelief(pose=POSE_ERRORS, friction=FRICTION_ERROR),
-            rollouts=trials,
-            executor=executor,
-            progress=progress,
-        )
+        runs: Any = {"rollouts": trials, "executor": executor, "progress": progress}
+        return em.grasps.score(*asked, belief=belief, **runs)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 from rich.markup import escape
@@ -59,17 +59,10 @@ def generate(
         require_free(picture, overwrite=overwrite, option="--picture")
     try:
         with bar(f"Generating {made.name}", "trajectories") as progress:
-            dataset = em.datasets.generate(
-                made,
-                path=output,
-                trajectories=trajectories,
-                frames=frames,
-                seed=seed,
-                processes=processes,
-                executor=where.cluster(),
-                progress=progress,
-                timeout=where.timeout,
-            )
+            asked: Any = {"trajectories": trajectories, "frames": frames, "seed": seed}
+            asked |= {"processes": processes, "executor": where.cluster()}
+            asked |= {"timeout": where.timeout, "progress": progress}
+            dataset = em.datasets.generate(made, path=output, **asked)
     except (KeyboardInterrupt, OSError, RuntimeError):
         if count := em.datasets.trajectories_kept(output):
             kept = f"{count} of {trajectories} trajectories are kept beside {escape(str(output))}"

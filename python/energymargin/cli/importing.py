@@ -133,15 +133,10 @@ def importing(
         known = {body for recording in read for body in recording.bodies}
         roles = {role: made.body(role) for role in ("object", "effector") if role in known}
     told = _successes(files) if labels is None else em.recordings.read_labels(labels)
-    dataset = em.recordings.dataset(
-        made,
-        read,
-        told,
-        captured=None if captured is None else em.recordings.read_frame_labels(captured),
-        most_overlap=most_overlap,
-        notice=lambda text: say(escape(text)),
-        **roles,
-    )
+    of_frames = None if captured is None else em.recordings.read_frame_labels(captured)
+    asked: dict[str, Any] = {"captured": of_frames, "most_overlap": most_overlap, **roles}
+    asked["notice"] = lambda text: say(escape(text))
+    dataset = em.recordings.dataset(made, read, told, **asked)
     dataset.save(output)
     _, reasons = dataset.possible_problems()
     if reasons:

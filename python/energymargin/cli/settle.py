@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import energymargin as em
 from energymargin.base.aliases import Floats
@@ -60,16 +60,8 @@ def settle(
     require_outputs(output or (), overwrite=overwrite)
     scene, state = _start(file, ground, base, keyframe, tuple(ignore or ()))
     with bar("Settling", "steps") as progress:
-        found = em.settle(
-            scene,
-            state,
-            time=time,
-            still=still,
-            during=during,
-            tolerance=tolerance,
-            progress=progress,
-            timeout=timeout,
-        )
+        asked: Any = {"time": time, "still": still, "during": during, "tolerance": tolerance}
+        found = em.settle(scene, state, progress=progress, timeout=timeout, **asked)
     show_table(found, output or (), "it came to rest")
     if not found.stays:
         raise SystemExit(MOVED)
