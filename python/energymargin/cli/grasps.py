@@ -90,8 +90,8 @@ def grasps(
         if view is not None:
             import energymargin.viewer  # noqa: F401
     if write is not None:
-        known = em.grasps.SUFFIXES
-        terminal.require_free(write, overwrite=overwrite, option="--write", suffixes=known)
+        formats = em.grasps.SUFFIXES
+        terminal.require_free(write, overwrite=overwrite, option="--write", suffixes=formats)
     disturbance, known = em.disturbances.Uniform(strength), words.chosen_belief(belief)
     tried = words.chosen_hand(hand), words.chosen_protocol(protocol)
     found = rows.read(file)
