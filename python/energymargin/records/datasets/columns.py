@@ -232,10 +232,11 @@ class _Contacts(Sequence[list[Contact]]):
             return [self[k] for k in range(len(self))[index]]
         frame = range(len(self))[index]
         first = self._ends[frame - 1] if frame else 0
-        names, rows = self.bodies, self.rows[first : self._ends[frame]].tolist()
-        numbers = [dict(zip(CONTACT_NUMBERS, row[2:], strict=True)) for row in rows]
-        pairs = [{"body_a": names[row[0]], "body_b": names[row[1]]} for row in rows]
-        return [Contact(**pair, **own) for pair, own in zip(pairs, numbers, strict=True)]
+        names, found = self.bodies, []
+        for a, b, *values in self.rows[first : self._ends[frame]].tolist():
+            numbers = dict(zip(CONTACT_NUMBERS, values, strict=True))
+            found.append(Contact(body_a=names[a], body_b=names[b], **numbers))
+        return found
 
 
 def _contact_columns(
