@@ -1,5 +1,6 @@
 """How far a decomposition is: for Python, and as a bar that commands draw."""
 
+import functools
 import io
 
 import pytest
@@ -102,7 +103,9 @@ def test_a_command_draws_a_bar_for_a_mesh_that_is_decomposed_and_for_no_other(
     tmp_path, monkeypatch
 ):
     text, file = io.StringIO(), angle(tmp_path)
-    monkeypatch.setattr(application, "err", Console(file=text, force_terminal=True, width=100))
+    console = Console(file=text, force_terminal=True, width=100)
+    drawn_there = functools.partial(progress_bar, console=console)
+    monkeypatch.setattr(application.terminal, "progress_bar", drawn_there)
 
     @application.app.command(name="angle", show=False)
     def command() -> None:
