@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -192,7 +192,8 @@ class ScoreError(EnergyMarginError, ValueError):
 def _score_table(rows: Iterable[Row], metrics: Sequence[str], *, complete: bool) -> ScoreTable:
     """The table of these rows, by rising index."""
     rows = sorted(rows, key=lambda row: row.index)
-    columns = {n: np.array([getattr(row, n) for row in rows], own) for n, own in COLUMNS.items()}
+    of_rows = {name: [getattr(row, name) for row in rows] for name in COLUMNS}
+    columns: dict[str, Any] = {name: np.array(of_rows[name], own) for name, own in COLUMNS.items()}
     scores = {m: np.array([row.scores[m] for row in rows], dtype=float) for m in metrics}
     warnings = {row.index: row.warnings for row in rows if row.warnings}
     return ScoreTable(**columns, scores=scores, warnings=warnings, complete=complete)

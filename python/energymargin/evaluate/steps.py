@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from statistics import NormalDist
 from typing import Any
 
@@ -125,7 +124,7 @@ def longest_step(
     drawn_step = None if callable(disturbance) else next(iter(steps))
     asks: dict[str, Any] = {"rollouts": rollouts, "seed": seed, "threads": threads}
     asks |= {"disturbance": disturbance, "drawn_step": drawn_step, "most_diverged": ANY}
-    ask = partial(capture_probability, warn=False, undisturbed=False, **asks)
+    asks |= {"warn": False, "undisturbed": False}
     nothing = np.zeros(len(asked), int)
     done, total = 0, len(asked) * (len(LADDER) + 1)
 
@@ -134,7 +133,7 @@ def longest_step(
         nonlocal done
         found: list[CaptureProbability] = []
         for number, each in enumerate(asked):
-            one = ask(each.with_step(step), **limit.rest())
+            one = capture_probability(each.with_step(step), **asks, **limit.rest())
             if not one.complete:
                 limit.require("the steps were compared")
             done, found = done + 1, [*found, one]
