@@ -37,7 +37,7 @@ class EngineComparison(Record, Summarized):
     future, the most of them [m], shape (E, T)."""
 
     def differing(self, engine: int = 1) -> NDArray[np.intp]:
-        """Floats of the draws that one engine loses and the first does not, or the reverse."""
+        """Numbers of the draws that one engine loses and the first does not, or the reverse."""
         first, other = self.exit_times[0], self.exit_times[engine]
         known = ~(np.isnan(first) | np.isnan(other))
         return np.flatnonzero(known & (np.isinf(first) != np.isinf(other)))
