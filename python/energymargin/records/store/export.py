@@ -271,7 +271,7 @@ def _by_episode(folder: Path, dataset: Dataset, scores: Mapping[str, Floats]) ->
 
 
 def _add_columns(file: Path, episodes: Mapping[int, Columns]) -> None:
-    """Adds the scores to a file of frames, which keeps its columns and size of row groups."""
+    """Adds the scores to a file of frames, which keeps its columns and row groups."""
     with needs_extra("a LeRobot dataset", "lerobot"):
         import pyarrow
         from pyarrow import parquet
@@ -282,8 +282,11 @@ def _add_columns(file: Path, episodes: Mapping[int, Columns]) -> None:
         column = np.array([episodes[e][name][k] for e, k in rows], dtype=np.float32)
         table = table.append_column(name, pyarrow.array(column))
     table = table.replace_schema_metadata(_told(table.schema.metadata or {}, names))
-    size = parquet.read_metadata(file).row_group(0).num_rows
-    parquet.write_table(table, file, row_group_size=size)
+    metadata, first = parquet.read_metadata(file), 0
+    with parquet.ParquetWriter(file, table.schema) as written:
+        for group in range(metadata.num_row_groups):
+            written.write_table(table.slice(first, metadata.row_group(group).num_rows))
+            first += metadata.row_group(group).num_rows
 
 
 def _told(metadata: Mapping[bytes, bytes], names: list[str]) -> dict[bytes, bytes]:
