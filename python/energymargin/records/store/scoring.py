@@ -140,7 +140,7 @@ def score_run(
     limit = Limit(timeout, cancel)
     settings = searches.SearchSettings(**run.settings)
     scored, states = run.counts()
-    advance = progress or (lambda _done, _total: None)
+    advance = (lambda _done, _total: None) if progress is None else progress
     advance(scored, states)
     if scored == states:  # so nothing is written
         return True
