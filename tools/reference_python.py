@@ -19,9 +19,10 @@ WIDTH = 100  # of a signature
 LONGEST = 100  # characters of a value
 MADE_BY_PYTHON = ("Create new instance of ", "Alias for field number ", "Initialize self.")
 OF_OTHERS = re.compile(
-    r"\b(energymargin\._core|collections\.abc|numpy\.typing|numpy|typing|pathlib)\."
+    r"\b(energymargin\._core|collections\.abc|numpy\.typing|numpy|typing|pathlib|searches)\."
     r"|\benergymargin\.(?:\w+\.)*(?=[A-Z])"
 )
+ALIASES = {"AnyPath": "str | os.PathLike[str]", "Floats": "NDArray[float64]"}  # base/aliases.py
 ARRAY = re.compile(r"(?:numpy\.)?ndarray\[.*?dtype\[(.*?)\]\]")
 ARRAY_LIKE = re.compile(r"[~\w.]*_Buffer \| .*?_NestedSequence\[complex \| bytes \| str\]")
 SECTION = re.compile(r"^(Args|Raises|Returns|Yields|Example|Examples):$")
@@ -144,6 +145,8 @@ def _short(text: str) -> str:
     text = ARRAY.sub(lambda found: f"NDArray[{found[1].removeprefix('numpy.')}]", text)
     text = re.sub(r"<([\w.]+) object at 0x[0-9a-f]+>", r"\1()", text)
     text = re.sub(r"<function (\w+) at 0x[0-9a-f]+>", r"\1", text)
+    for alias, meaning in ALIASES.items():
+        text = re.sub(rf"\b{alias}\b", meaning, text)
     return OF_OTHERS.sub("", text).replace("~", "")
 
 

@@ -21,8 +21,7 @@ from numpy.typing import NDArray
 
 import energymargin as em
 from energymargin.base.checks import core_count
-from energymargin.cli.progress import share_bar
-from energymargin.cli.terminal import err, out
+from energymargin.cli.terminal import out, share_bar
 from energymargin.monitor import Counters, Reading
 from energymargin.tasks.push import FRICTION_MIDDLE as FRICTION, PushTask
 from energymargin_paper.evidence.foresight import STRENGTH
@@ -86,7 +85,7 @@ def main(
     least, _, most = rollouts.partition(",")
     count = (int(least), int(most)) if most else int(least)
     stream = Stream(seconds, rate, count, horizon, core_count("threads", threads))
-    with share_bar(err) as bar:
+    with share_bar() as bar:
         played = play(stream, lambda done: bar("Playing", done))
     text = table(stream, played)
     write(out_file, text, "bench-monitor", pages)

@@ -19,7 +19,7 @@ from cyclopts import Parameter
 from cyclopts.types import PositiveInt
 from rich.console import Console
 
-from energymargin.cli.progress import share_bar
+from energymargin.cli.terminal import share_bar
 from measurements import TASKS, Settings, Tell
 from report import report
 from speed_answer import Answers, measure_answers

@@ -2,11 +2,9 @@
 
 from energymargin.base.doors import check_doors
 from energymargin.evaluate.asking import Kept, ask
-from energymargin.evaluate.executors.choice import Executor
+from energymargin.evaluate.executors.choice import Executor, Processes, Threads
 from energymargin.evaluate.executors.dask import Dask
-from energymargin.evaluate.executors.processes import Processes
 from energymargin.evaluate.executors.rows import Row
-from energymargin.evaluate.executors.threads import Threads
 
 __all__ = ["Dask", "Executor", "Kept", "Processes", "Row", "Threads", "ask"]
 

@@ -17,10 +17,8 @@ from rich.markup import escape
 
 from energymargin.base.replacing import replace_figure, replace_text
 from energymargin.base.settings import flag_of
-from energymargin.cli.fields import in_words, options_of
-from energymargin.cli.options import WHERE, Output
-from energymargin.cli.places import MARK, require_own_folder
-from energymargin.cli.terminal import say
+from energymargin.cli.options import WHERE, Output, in_words, options_of
+from energymargin.cli.terminal import MARK, require_own_folder, say
 from energymargin_paper import STUDIES, load
 from energymargin_paper.pages import FILE, Head
 from energymargin_paper.pieces import PIECES

@@ -21,10 +21,8 @@ from rich.markup import escape
 from energymargin.base.checks import core_count, positive_number
 from energymargin.base.replacing import replace_text
 from energymargin.base.table_text import DASH, markdown_table
-from energymargin.cli.fields import split
-from energymargin.cli.options import WHERE
-from energymargin.cli.places import MARK, require_own_folder
-from energymargin.cli.terminal import err, out, say
+from energymargin.cli.options import WHERE, split
+from energymargin.cli.terminal import MARK, err, out, require_own_folder, say
 from energymargin_paper import STUDIES
 from energymargin_paper.commands import make, typed
 from energymargin_paper.pages import Head, all_blocks, put

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 from energymargin.base.checks import core_count
 from energymargin.base.replacing import replace_text
 from energymargin.base.settings import setting
-from energymargin.cli.progress import progress_bar
-from energymargin.cli.terminal import err, out
+from energymargin.cli.terminal import out, progress_bar
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -83,7 +82,7 @@ class Study(ABC, Generic[SettingsT, ResultT]):
 
     def bar(self) -> AbstractContextManager[Progress]:
         """The progress bar at the terminal."""
-        return progress_bar(err, self.title, self.unit)
+        return progress_bar(self.title, self.unit)
 
     def show(self, result: ResultT) -> None:
         """The tables at the terminal."""

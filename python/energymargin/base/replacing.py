@@ -5,12 +5,13 @@ from __future__ import annotations
 import errno
 import os
 import socket
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+PAGES = (".html", ".htm")
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 """What a write raises without the name of its file."""
 
@@ -59,6 +60,13 @@ def replace_bytes(path: Path, content: bytes) -> None:
     """The bytes are the file's; raises OSError if `path` cannot be written."""
     with replaced(path) as file:
         file.write_bytes(content)
+
+
+def require_suffix(name: str, path: Path, suffixes: Collection[str]) -> None:
+    """Raises ValueError with `name` unless the path ends with one of these suffixes."""
+    if path.suffix not in suffixes:
+        expected = " or ".join(suffixes)
+        raise ValueError(f"{name} is {str(path)!r}, expected a name with {expected}")
 
 
 def _remove_leftovers(path: Path) -> None:

@@ -9,7 +9,7 @@ import base64
 import io
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, is_dataclass
+from dataclasses import dataclass, field, is_dataclass, replace
 from html import escape
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -33,6 +33,7 @@ LONG_CELL, MOST_BROKEN = 16, 8  # characters: a cell of a terminal's table that 
 CELL = "text-align:left;padding:0.1em 1em 0.1em 0;white-space:pre-wrap"
 SIZE = (4.5, 3.2)  # inch, of a picture
 RESOLUTION = 80  # dots an inch
+UNFINISHED = "Not complete: it was stopped before its end."
 COMPILED = (
     *("CaptureProbability", "CaptureScore", "EscapeEffort", "EscapeEnergy", "ForceScore"),
     *("Tree", "Plan", "Problem", "Scene"),
@@ -138,7 +139,8 @@ class Summary:
 
 
 def summary(result: Any) -> Summary:
-    """What a result of this package says: scores, problems, scenes, plans, datasets, rankings.
+    """What a result of this package says: scores, problems, scenes, plans, datasets, rankings; and
+    whether it was stopped before its end.
 
     Raises ValueError on what has none.
     """
@@ -149,7 +151,8 @@ def summary(result: Any) -> Summary:
     if made is None:
         raise ValueError(f"result is a {type(result).__name__}, which has no summary")
     found: Summary = made(result)
-    return found
+    complete = getattr(result, "complete", True)
+    return found if complete else replace(found, notes=[*found.notes, UNFINISHED])
 
 
 def html_or_text(self: Any) -> str:

@@ -42,6 +42,11 @@ def short(value: float, decimals: int = 3) -> str:
     return "1.00" if rounded[0] == "1" else rounded[1:]
 
 
+def counted(number: int, thing: str) -> str:
+    """How many things, as "1 node" or "2,000 nodes"."""
+    return f"{number:,} {thing}{'s' * (number != 1)}"
+
+
 def sentence(text: str) -> str:
     """A note as a sentence: with a capital, and an end."""
     return f"{text[0].upper()}{text[1:]}{'' if text.endswith('?') else '.'}"

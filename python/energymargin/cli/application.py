@@ -1,18 +1,31 @@
-"""The command line: energymargin demo | tasks | generate | import | score | evaluate | export |
-learn | rank | compare | limits | settle | doctor | placements | grasps | report | view. Each
-command has its own file; other packages register more, as `reproduce`.
+"""How robust is a manipulation, right now? Scores of robustness from energy margins.
 
-A command is imported when it is called, and heavy modules where they are used, so that --help
-answers at once.
+From nothing to a table and pictures: `energymargin demo`. Or step by step:
+
+1. `energymargin generate push -o push.h5`
+2. `energymargin score push.h5 -o push-scores.db`
+3. `energymargin evaluate push-scores.db`
+4. `energymargin report push-scores.db -o report.html`
+5. `energymargin view push.h5 --scores push-scores.db -o push.html`
+
+Which of several plans holds best: `energymargin rank --help`. How much it can take:
+`energymargin limits --help`. Is a scene at rest: `energymargin settle --help`. Where to
+set a thing down: `energymargin placements --help`. Which grasps of a file:
+`energymargin grasps --help`. The paper's tables again: `energymargin reproduce --help`.
+
+`--traceback`, anywhere: show where an error comes from, line by line.
 """
+
+# The application joins the commands, each of which has its own file; other packages register more,
+# as `reproduce`. Its help is this file's docstring. A command is imported when it is called, and
+# heavy modules where they are used, so that --help answers at once.
 
 from __future__ import annotations
 
 import sqlite3
 import sys
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint, entry_points, version
 from traceback import format_exception
 from typing import Annotated, Any
 
@@ -21,17 +34,8 @@ from rich.markup import escape
 
 from energymargin.base.bars import bars_by
 from energymargin.base.interrupts import interrupted, remembered_interrupts
-from energymargin.cli.fields import shown_default
-from energymargin.cli.terminal import (
-    BAD_INPUT,
-    INTERRUPTED,
-    TIMED_OUT,
-    err,
-    leave,
-    say,
-    shown_warnings,
-    warn,
-)
+from energymargin.cli import terminal
+from energymargin.cli.options import shown_default
 
 # Errors that are shown as one line: those of bad input, of files and of other packages. Any other
 # is a bug, and shown in full.
@@ -46,34 +50,12 @@ OWN = (
 )
 
 
-def _version() -> str:
-    from energymargin import __version__
-
-    return f"energymargin {__version__}"
-
-
 app = App(
     name="energymargin",
-    help="""How robust is a manipulation, right now? Scores of robustness from energy margins.
-
-    From nothing to a table and pictures: `energymargin demo`. Or step by step:
-
-    1. `energymargin generate push -o push.h5`
-    2. `energymargin score push.h5 -o push-scores.db`
-    3. `energymargin evaluate push-scores.db`
-    4. `energymargin report push-scores.db -o report.html`
-    5. `energymargin view push.h5 --scores push-scores.db -o push.html`
-
-    Which of several plans holds best: `energymargin rank --help`. How much it can take:
-    `energymargin limits --help`. Is a scene at rest: `energymargin settle --help`. Where to
-    set a thing down: `energymargin placements --help`. Which grasps of a file:
-    `energymargin grasps --help`. The paper's tables again: `energymargin reproduce --help`.
-
-    `--traceback`, anywhere: show where an error comes from, line by line.
-    """,
+    help=__doc__,
     help_format="markdown",
     help_flags="--help",
-    version=_version,
+    version=lambda: f"energymargin {version('energymargin')}",
     version_flags="--version",
     default_parameter=Parameter(negative=(), show_default=shown_default, allow_repeating=True),
     exit_on_error=False,
@@ -116,7 +98,7 @@ def _unusable(entry: EntryPoint, error: ImportError) -> Callable[..., None]:
 def run(words: Sequence[str] | None = None) -> int:
     """Runs a command, by default that of the terminal, and returns its exit code."""
     words = list(sys.argv[1:] if words is None else words)
-    with remembered_interrupts(), bars_by(_bar), shown_warnings():
+    with remembered_interrupts(), bars_by(terminal.progress_bar), terminal.shown_warnings():
         try:
             if words[:1] in ([], ["--help"]):
                 app.resolved_commands()  # whose first lines it shows
@@ -125,16 +107,16 @@ def run(words: Sequence[str] | None = None) -> int:
             return int(end.code or 0)
         except BaseException as error:
             if isinstance(error, KeyboardInterrupt) or interrupted():
-                warn("stopped")
-                return INTERRUPTED
+                terminal.warn("stopped")
+                return terminal.INTERRUPTED
             if not isinstance(error, ERRORS):
                 raise
             if TRACEBACK in words:
-                err.print("".join(format_exception(error)), soft_wrap=True, markup=False)
+                terminal.err.print("".join(format_exception(error)), soft_wrap=True, markup=False)
             late = isinstance(error, TimeoutError) and error.errno is None
             start = "[yellow]nothing is finished:[/]" if late else "[red]error:[/]"
-            say(f"{start} {escape(_one_line(error))}")
-            return TIMED_OUT if late else BAD_INPUT
+            terminal.say(f"{start} {escape(_one_line(error))}")
+            return terminal.TIMED_OUT if late else terminal.BAD_INPUT
     return 0
 
 
@@ -142,15 +124,9 @@ def main() -> None:
     """Entry point of the command `energymargin`."""
     sys.unraisablehook = _unless_interrupted(sys.unraisablehook)
     code = run()
-    if code == INTERRUPTED:
-        leave(code)
+    if code == terminal.INTERRUPTED:
+        terminal.leave(code)
     sys.exit(code)
-
-
-def _bar(title: str, unit: str) -> AbstractContextManager[Callable[[int, int], None]]:
-    from energymargin.cli.progress import progress_bar
-
-    return progress_bar(err, title, unit)
 
 
 def _unless_interrupted(hook: Callable[[Any], Any]) -> Callable[[Any], Any]:

@@ -15,12 +15,9 @@ import energymargin as em
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_figure
 from energymargin.cli.evaluate import print_evaluation
-from energymargin.cli.fields import options_of
-from energymargin.cli.options import WHERE, Where
-from energymargin.cli.places import require_own_folder, write_plot
-from energymargin.cli.progress import share_bar
+from energymargin.cli.options import WHERE, Where, options_of
 from energymargin.cli.score import Scoring
-from energymargin.cli.terminal import err, out, say
+from energymargin.cli.terminal import out, require_own_folder, say, share_bar, write_plot
 
 TASK = "push"
 FRAMES = 10
@@ -61,11 +58,8 @@ def demo(
     """
     require_own_folder(output, overwrite=overwrite)
     settings, executor = replace(SEARCH, **given), Where(threads=threads).executor()
-    say(
-        f"{trajectories} pushes, each state of which is scored, and six grips of a mallet. With 6 "
-        "pushes and 8 trials a grip this takes some 20 s on two cores, with 50 and 30 a minute, "
-        "and two with 100 nodes in place of 30."
-    )
+    what = f"{trajectories} pushes, each state of which is scored, and six grips of a mallet"
+    say(f"{what}. 6 pushes and 8 trials a grip take some 20 s on two cores, 50 and 30 a minute.")
     path = output / f"{TASK}.h5"
     if not _is_there(path, trajectories, settings.seed):
         with bar(f"Generating {TASK}", "trajectories") as progress:
@@ -83,9 +77,13 @@ def demo(
     if find_spec("matplotlib") is None:
         say(escape("Pictures of all that need matplotlib: pip install 'energymargin[plots]'"))
     else:
-        _draw(dataset, labelled, settings, scores, output)
+        trees = em.plots.figure_trees(dataset, settings.nodes, settings.seed)
+        replace_figure(output / "qualitative.png", trees)
+        replace_figure(output / "scores.png", em.plots.figure_along(dataset, labelled))
+        replace_figure(output / "grip.png", em.plots.figure_grasp(scores, scores.best), dpi=150)
+        write_plot(output / "grips.png", em.plots.plot_grasps(scores))
     if find_spec("skimage") is not None:
-        with share_bar(err) as tell:
+        with share_bar() as tell:
             page = em.viewer.view(scores, scoring=lambda share: tell("The grips as a page", share))
         page.save(output / "grips.html")
         say("Open grips.html there in a browser: the grips turn and play")
@@ -95,21 +93,6 @@ def demo(
         "Next: `energymargin grasps FILE --hand panda --object MESH --mass KG` ranks grasps of "
         "yours, `energymargin settle SCENE.xml` says what is at rest, `energymargin --help` has all"
     )
-
-
-def _draw(
-    dataset: em.datasets.Dataset,
-    labelled: em.evaluation.LabelledScores,
-    settings: em.SearchSettings,
-    scores: em.grasps.GraspScores,
-    output: Path,
-) -> None:
-    """Pictures of pushes and grips."""
-    trees = em.plots.figure_trees(dataset, settings.nodes, settings.seed)
-    replace_figure(output / "qualitative.png", trees)
-    replace_figure(output / "scores.png", em.plots.figure_along(dataset, labelled))
-    replace_figure(output / "grip.png", em.plots.figure_grasp(scores, scores.best), dpi=150)
-    write_plot(output / "grips.png", em.plots.plot_grasps(scores))
 
 
 def _is_there(path: Path, trajectories: int, seed: int) -> bool:
@@ -128,14 +111,10 @@ def score_grips(trials: int, executor: em.executors.Executor) -> em.grasps.Grasp
     poses[:, 1, 3], poses[:, 2, 3] = -np.array(BELOW_HEAD), HANDLE[2] / 2
     names = tuple(f"{100 * below:.0f} cm below the head" for below in BELOW_HEAD)
     motions = [em.grasps.Motion("lift", 0.6, LIFT), em.grasps.Motion("hold", 0.4)]
+    mallet = em.grasps.GraspObject(em.Compound([handle, head]), MASS)
+    protocol = em.grasps.Protocol(motions, table=True, angle=LARGEST_TILT)
+    belief = em.grasps.GraspBelief(pose=POSE_ERRORS, friction=FRICTION_ERROR)
+    asked = em.grasps.GraspSet(poses, names=names), "panda", mallet, protocol
     with bar("Gripping a mallet", "grips") as progress:
-        return em.grasps.score(
-            em.grasps.GraspSet(poses, names=names),
-            "panda",
-            em.grasps.GraspObject(em.Compound([handle, head]), MASS),
-            em.grasps.Protocol(motions, table=True, angle=LARGEST_TILT),
-            belief=em.grasps.GraspBelief(pose=POSE_ERRORS, friction=FRICTION_ERROR),
-            rollouts=trials,
-            executor=executor,
-            progress=progress,
-        )
+        runs: Any = {"rollouts": trials, "executor": executor, "progress": progress}
+        return em.grasps.score(*asked, belief=belief, **runs)

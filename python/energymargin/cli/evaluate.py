@@ -9,9 +9,7 @@ from typing import Any, Literal
 import energymargin as em
 from energymargin.base.replacing import replace_text
 from energymargin.cli.options import Outputs
-from energymargin.cli.places import require_free
-from energymargin.cli.progress import share_bar
-from energymargin.cli.terminal import err, out
+from energymargin.cli.terminal import out, require_outputs, share_bar
 
 Labelled = em.evaluation.LabelledScores
 
@@ -50,8 +48,7 @@ def evaluate(
         seed: Seed of the bootstrap intervals.
         overwrite: Replace the file if it exists.
     """
-    for path in output or []:
-        require_free(path, overwrite=overwrite, suffixes=WRITERS)
+    require_outputs(output or (), overwrite=overwrite)
     with em.store.ScoreStore(scores) as store:
         asked = store.labelled_scores(store.run(run))
     tables = em.evaluation.tables_of(*asked, among=among, frames=frames, clipped=clipped)
@@ -66,7 +63,7 @@ def print_evaluation(
 ) -> None:
     """AUC and AP, on the terminal and into files: the tables of `em.evaluation.tables_of`, with
     these options of `em.evaluation.evaluate`."""
-    with share_bar(err) as bar:
+    with share_bar() as bar:
         options["progress"] = lambda done, total: bar("AUC and AP", done / total)
         results = [
             em.evaluation.evaluate(scores, among=among, frames=frames, **options)

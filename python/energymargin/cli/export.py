@@ -9,8 +9,7 @@ from rich.markup import escape
 
 import energymargin as em
 from energymargin.cli.options import Output, panel, require_beside
-from energymargin.cli.places import dataset_of, require_free
-from energymargin.cli.terminal import out, say
+from energymargin.cli.terminal import dataset_of, out, require_free, say
 
 WITH_DATA = panel("With the dataset")
 
@@ -45,8 +44,7 @@ def export(
     if lerobot is not None:
         if output is None:
             raise ValueError(f"--lerobot is {lerobot}, expected -o with the name of a new folder")
-        beside = dataset_of(scores, data)
-        names = em.store.export_lerobot(scores, beside, lerobot, output, run=run)
+        names = em.store.export_lerobot(scores, dataset_of(scores, data), lerobot, output, run=run)
         say(f"Wrote {escape(str(output))}, a copy with {', '.join(names)}")
         return
     require_beside("lerobot", lerobot, data=data)

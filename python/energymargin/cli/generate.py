@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 from rich.markup import escape
@@ -12,33 +12,24 @@ from rich.markup import escape
 import energymargin as em
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_figure
-from energymargin.cli.options import (
-    PICTURE_NODES,
-    WHERE,
-    Elsewhere,
-    Output,
-    Parameters,
-    parsed,
-    require_one,
-)
-from energymargin.cli.places import require_free
-from energymargin.cli.terminal import TIMED_OUT, say
+from energymargin.cli import options
+from energymargin.cli.terminal import TIMED_OUT, require_free, say
 
 
 def generate(
     task: str,
     /,
     *,
-    output: Output = None,
+    output: options.Output = None,
     trajectories: int = 50,
     frames: int = 10,
     seed: int = 0,
-    parameter: Parameters = None,
+    parameter: options.Parameters = None,
     engine: str = "native",
     overwrite: bool = False,
     picture: Path | None = None,
-    processes: Annotated[int | None, Parameter(group=WHERE)] = None,
-    where: Elsewhere = Elsewhere(),
+    processes: Annotated[int | None, Parameter(group=options.WHERE)] = None,
+    where: options.Elsewhere = options.Elsewhere(),
 ) -> None:
     """Generate random trajectories of a task, with their labels. Stop it with Ctrl-C: the same
     command goes on from there.
@@ -60,25 +51,18 @@ def generate(
     """
     if picture is not None and find_spec("matplotlib") is None:  # before there is work to lose
         raise ImportError("--picture draws with matplotlib: pip install 'energymargin[plots]'")
-    require_one(processes=processes, scheduler=where.scheduler)
+    options.require_one(processes=processes, scheduler=where.scheduler)
     output = output or Path(f"{task}.h5")
-    made = em.tasks.make(task, engine=engine, **parsed(parameter))
+    made = em.tasks.make(task, engine=engine, **options.parsed(parameter))
     require_free(output, overwrite=overwrite)
     if picture is not None:
         require_free(picture, overwrite=overwrite, option="--picture")
     try:
         with bar(f"Generating {made.name}", "trajectories") as progress:
-            dataset = em.datasets.generate(
-                made,
-                path=output,
-                trajectories=trajectories,
-                frames=frames,
-                seed=seed,
-                processes=processes,
-                executor=where.cluster(),
-                progress=progress,
-                timeout=where.timeout,
-            )
+            asked: Any = {"trajectories": trajectories, "frames": frames, "seed": seed}
+            asked |= {"processes": processes, "executor": where.cluster()}
+            asked |= {"timeout": where.timeout, "progress": progress}
+            dataset = em.datasets.generate(made, path=output, **asked)
     except (KeyboardInterrupt, OSError, RuntimeError):
         if count := em.datasets.trajectories_kept(output):
             kept = f"{count} of {trajectories} trajectories are kept beside {escape(str(output))}"
@@ -86,20 +70,16 @@ def generate(
         raise
     with dataset:
         if picture is not None:
-            replace_figure(picture, em.plots.figure_trees(dataset, PICTURE_NODES, seed))
+            replace_figure(picture, em.plots.figure_trees(dataset, options.PICTURE_NODES, seed))
         say_written(dataset, output)
         if len(dataset.trajectories) < trajectories:
-            say(
-                f"[yellow]the time was over[/] before there were {trajectories} trajectories; "
-                "with --overwrite the same command goes on from there."
-            )
+            text = f"[yellow]the time was over[/] before there were {trajectories} trajectories"
+            say(f"{text}; with --overwrite the same command goes on from there.")
             raise SystemExit(TIMED_OUT)
 
 
 def say_written(dataset: em.datasets.Dataset, path: Path, judged: str = "") -> None:
     """Prints what a dataset's file has, and the command that comes next."""
     counts = f"{len(dataset.trajectories)} trajectories ({dataset.successes.sum()} successful"
-    say(
-        f"Wrote {counts}{judged}), {dataset.size} states to {escape(str(path))}. "
-        f"Next: [bold]energymargin score {escape(str(path))}[/]"
-    )
+    text = f"Wrote {counts}{judged}), {dataset.size} states to {escape(str(path))}. Next"
+    say(f"{text}: [bold]energymargin score {escape(str(path))}[/]")

@@ -15,8 +15,7 @@ from cyclopts import Parameter
 
 import energymargin as em
 from energymargin.base.checks import check_type, one_of, shown, whole_number
-from energymargin.cli.fields import split
-from energymargin.cli.options import panel, parsed
+from energymargin.cli.options import panel, parsed, split
 
 Made = TypeVar("Made")
 OF_FILE = {
@@ -59,22 +58,16 @@ class Rows:
         if self.object_pose is not None:
             there = Path(self.object_pose).exists()
             pose = Path(self.object_pose) if there else numbers("--object-pose", self.object_pose)
+        frame = None if self.frame is None else chosen_frame(self.frame)
+        rows = chosen_rows(self.where or [])
         with arguments_as_options(OF_FILE):
-            found = em.grasps.read(
-                file,
-                frame=None if self.frame is None else chosen_frame(self.frame),
-                object=pose,
-                where=chosen_rows(self.where or []),
-                scale=self.scale,
-            )
+            found = em.grasps.read(file, frame=frame, object=pose, where=rows, scale=self.scale)
         if self.most is not None and whole_number("--most", self.most, 1) < len(found):
             found = found[np.linspace(0, len(found) - 1, self.most).round().astype(int)]
         objects = list(dict.fromkeys(found.columns.get("object", ())))
         if len(objects) > 1:
-            raise ValueError(
-                f"{file} has grasps of {len(objects)} objects, expected one of them: --where "
-                f"object={objects[0]}"
-            )
+            text = f"{file} has grasps of {len(objects)} objects"
+            raise ValueError(f"{text}, expected one of them: --where object={objects[0]}")
         return found
 
 

@@ -9,36 +9,21 @@ from typing import Annotated
 
 import numpy as np
 from cyclopts import Parameter
-from numpy.typing import NDArray
 from rich.markup import escape
 
 import energymargin as em
+from energymargin.base.aliases import Floats
 from energymargin.base.bars import bar
 from energymargin.base.interrupts import on_interrupt
 from energymargin.base.plausibility import kept_warnings
 from energymargin.base.replacing import replace_text
 from energymargin.base.table_text import markdown_table
-from energymargin.cli.grasp_words import (
-    OF_OBJECT,
-    TRIAL,
-    Rows,
-    Thing,
-    TrialOptions,
-    arguments_as_options,
-    chosen_belief,
-    chosen_hand,
-    chosen_protocol,
-)
+from energymargin.cli import grasp_words as words, terminal
 from energymargin.cli.options import Outputs, Where, given, panel
-from energymargin.cli.places import PICTURES, TEXTS, require_free, say_written, write_plot
-from energymargin.cli.progress import share_bar
-from energymargin.cli.terminal import TIMED_OUT, err, loading, out, say, warn
+from energymargin.cli.terminal import TIMED_OUT, loading, out, say, share_bar, warn
 
-Column = NDArray[np.float64]
-
-STORE, PAGE = ".db", ".html"
 COARSE = 0.002  # m; parts that are farther from the mesh are felt by fingers
-SUFFIXES = (STORE, *TEXTS, PAGE, *PICTURES)
+SUFFIXES = (terminal.STORE, *terminal.TEXTS, terminal.PAGE, *terminal.PICTURES)
 
 
 def grasps(
@@ -48,15 +33,15 @@ def grasps(
     hand: str,
     protocol: str = "hold",
     belief: str | None = None,
-    strength: Annotated[float, Parameter(group=TRIAL.group)] = 1.0,
+    strength: Annotated[float, Parameter(group=words.TRIAL.group)] = 1.0,
     baselines: Annotated[bool, panel("More figures")] = False,
     output: Outputs = None,
     write: Path | None = None,
     view: Path | None = None,
     overwrite: bool = False,
-    rows: Rows = Rows(),
-    thing: Thing = Thing(),
-    trial: TrialOptions = TrialOptions(),
+    rows: words.Rows = words.Rows(),
+    thing: words.Thing = words.Thing(),
+    trial: words.TrialOptions = words.TrialOptions(),
     runs: Where = Where(),
 ) -> None:
     """Rank the grasps of a file: which of them hold on this hand, and how sure is that?
@@ -94,27 +79,28 @@ def grasps(
         overwrite: Replace files that exist; a .db of scores never is.
     """
     outputs = output or []
-    for path in outputs:
-        require_free(path, overwrite=overwrite or path.suffix == STORE, suffixes=SUFFIXES)
     if view is not None:
-        require_free(view, overwrite=overwrite, option="--view", suffixes=[PAGE])
+        terminal.require_free(view, overwrite=overwrite, option="--view", suffixes=[terminal.PAGE])
     store = _store(outputs, write)
     executor = runs.executor()
     with loading():
-        import energymargin.grasps  # noqa: F401
+        import energymargin.grasps
 
-        _import_extras(outputs, view)
+        terminal.require_outputs(outputs, overwrite=overwrite, suffixes=SUFFIXES)
+        if view is not None:
+            import energymargin.viewer  # noqa: F401
     if write is not None:
-        require_free(write, overwrite=overwrite, option="--write", suffixes=em.grasps.SUFFIXES)
-    disturbance, known = em.disturbances.Uniform(strength), chosen_belief(belief)
-    tried = chosen_hand(hand), chosen_protocol(protocol)
+        formats = em.grasps.SUFFIXES
+        terminal.require_free(write, overwrite=overwrite, option="--write", suffixes=formats)
+    disturbance, known = em.disturbances.Uniform(strength), words.chosen_belief(belief)
+    tried = words.chosen_hand(hand), words.chosen_protocol(protocol)
     found = rows.read(file)
-    with arguments_as_options(OF_OBJECT):
+    with words.arguments_as_options(words.OF_OBJECT):
         object = em.grasps.GraspObject.of(found.object, **given(thing))
     _say_read(file, found, object)
     with (
         _cancelled_by_interrupt() as cancel,
-        arguments_as_options(OF_OBJECT),
+        words.arguments_as_options(words.OF_OBJECT),
         kept_warnings(),
         bar("Scoring", "grasps") as progress,
     ):
@@ -147,22 +133,10 @@ def _store(outputs: Sequence[Path], grasps: Path | None) -> Path | None:
     for path in paths:
         if paths.count(path) > 1:
             raise ValueError(f"{path} is given twice, expected a path for each file")
-    stores = [path for path in outputs if path.suffix == STORE]
+    stores = [path for path in outputs if path.suffix == terminal.STORE]
     if len(stores) > 1:
         raise ValueError(f"-o has {stores[0]} and {stores[1]}, expected one file of scores")
     return stores[0] if stores else None
-
-
-def _import_extras(outputs: Sequence[Path], view: Path | None) -> None:
-    """Imports what pages, pictures and the viewer need: what is missing is told before it is
-    computed."""
-    suffixes = {path.suffix for path in outputs}
-    if PAGE in suffixes:
-        import energymargin.report
-    if suffixes & {*PICTURES}:
-        import energymargin.plots
-    if view is not None:
-        import energymargin.viewer  # noqa: F401
 
 
 def _say_read(file: Path, grasps: em.grasps.GraspSet, object: em.grasps.GraspObject) -> None:
@@ -185,7 +159,7 @@ def _cancelled_by_interrupt() -> Iterator[em.Cancel]:
         raise KeyboardInterrupt from None
 
 
-def _baselines(scores: em.grasps.GraspScores) -> dict[str, Column]:
+def _baselines(scores: em.grasps.GraspScores) -> dict[str, Floats]:
     """The columns of the baselines; their table is printed where labels say who is right."""
     with bar("Baselines", "grasps") as progress:
         columns = em.grasps.baselines(scores, progress=progress)
@@ -199,32 +173,31 @@ def _baselines(scores: em.grasps.GraspScores) -> dict[str, Column]:
 
 def _write(
     scores: em.grasps.GraspScores,
-    columns: dict[str, Column],
+    columns: dict[str, Floats],
     file: Path,
     outputs: Sequence[Path],
     grasps: Path | None,
 ) -> None:
     """Writes tables, pictures, the page, and the file of grasps."""
     for path in outputs:
-        if path.suffix in TEXTS:
-            replace_text(
-                path, scores.to_csv(columns) if path.suffix == ".csv" else _markdown(scores)
-            )
-        elif path.suffix == PAGE:
+        if path.suffix in terminal.TEXTS:
+            csv = path.suffix == ".csv"
+            replace_text(path, scores.to_csv(columns) if csv else _markdown(scores))
+        elif path.suffix == terminal.PAGE:
             title = f"Grasps of {file.name}"
-            with share_bar(err) as progress:
+            with share_bar() as progress:
                 em.report.write_grasps(scores, path, title=title, progress=progress)
         else:
-            write_plot(path, em.plots.plot_grasps(scores))
+            terminal.write_plot(path, em.plots.plot_grasps(scores))
     if grasps is not None and not (scores.counted > 0).any():
         warn(f"{grasps} is not written: no grasp has a score")
     elif grasps is not None:
         _write_grasps(scores, columns, grasps)
         outputs = [*outputs, grasps]
-    say_written(outputs)
+    terminal.say_written(outputs)
 
 
-def _write_grasps(scores: em.grasps.GraspScores, more: dict[str, Column], path: Path) -> None:
+def _write_grasps(scores: em.grasps.GraspScores, more: dict[str, Floats], path: Path) -> None:
     """The grasps that have scores, with them."""
     scored = scores.counted > 0
     low, high = scores.interval()[scored].T
@@ -247,9 +220,9 @@ def _say_stopped(scores: em.grasps.GraspScores, store: Path | None) -> None:
 
 def _view(scores: em.grasps.GraspScores, path: Path) -> None:
     """Writes the page on which the grasps turn and play."""
-    with kept_warnings(), share_bar(err) as tell:
+    with kept_warnings(), share_bar() as tell:
         em.viewer.view(scores, scoring=lambda share: tell("The page", share)).save(path)
-    say_written([path])
+    terminal.say_written([path])
 
 
 def _markdown(scores: em.grasps.GraspScores) -> str:

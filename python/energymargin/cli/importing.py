@@ -16,8 +16,7 @@ from rich.markup import escape
 import energymargin as em
 from energymargin.cli.generate import say_written
 from energymargin.cli.options import Output, Parameters, panel, parsed, require_one
-from energymargin.cli.places import require_free
-from energymargin.cli.terminal import say, warn
+from energymargin.cli.terminal import require_free, say, warn
 
 
 @panel("Bags of ROS 2", "*")
@@ -104,9 +103,8 @@ def importing(
     """
     require_one(task=task, problem=problem)
     if not files or (task is None and problem is None):
-        raise ValueError(
-            "expected recordings with --task or --problem: energymargin import --help has examples"
-        )
+        way = "energymargin import --help has examples"
+        raise ValueError(f"expected recordings with --task or --problem: {way}")
     output = output or Path(f"{task or (problem or Path()).stem}-recorded.h5")
     if problem is None:
         made: Any = em.tasks.make(task or "", **parsed(parameter))
@@ -128,24 +126,17 @@ def importing(
         read += found
     motions = [motion for recording in read for motion in recording.bodies.values()]
     if not rules.causal and any(motion.velocity_covariances is not None for motion in motions):
-        say(
-            "Velocities are smoothed over frames before and after; with --causal over those "
-            "before, as a robot would know them"
-        )
+        text = "Velocities are smoothed over frames before and after"
+        say(f"{text}; with --causal over those before, as a robot would know them")
     roles: dict[str, Any] = {}
     if problem is not None:
         known = {body for recording in read for body in recording.bodies}
         roles = {role: made.body(role) for role in ("object", "effector") if role in known}
     told = _successes(files) if labels is None else em.recordings.read_labels(labels)
-    dataset = em.recordings.dataset(
-        made,
-        read,
-        told,
-        captured=None if captured is None else em.recordings.read_frame_labels(captured),
-        most_overlap=most_overlap,
-        notice=lambda text: say(escape(text)),
-        **roles,
-    )
+    of_frames = None if captured is None else em.recordings.read_frame_labels(captured)
+    asked: dict[str, Any] = {"captured": of_frames, "most_overlap": most_overlap, **roles}
+    asked["notice"] = lambda text: say(escape(text))
+    dataset = em.recordings.dataset(made, read, told, **asked)
     dataset.save(output)
     _, reasons = dataset.possible_problems()
     if reasons:
@@ -156,14 +147,13 @@ def importing(
 
 def _successes(files: Sequence[Path]) -> dict[str, bool] | None:
     """Which episodes succeeded, as LeRobot datasets say; None if one of the files does not."""
-    told = [
-        em.recordings.read_successes(path)
-        for path in files
-        if em.recordings.kind_of(path) == "lerobot"
-    ]
-    if len(told) < len(files) or None in told:
-        return None
-    return {name: success for one in told if one is not None for name, success in one.items()}
+    successes: dict[str, bool] = {}
+    for path in files:
+        told = em.recordings.kind_of(path) == "lerobot" and em.recordings.read_successes(path)
+        if not told:
+            return None
+        successes |= told
+    return successes
 
 
 def _read(
@@ -178,11 +168,8 @@ def _read(
     if layout.columns or layout.units:
         raise ValueError(f"--columns has columns or units, expected the origin alone for {path}")
     if topics.bodies is None and None in (topics.object, topics.effector):
-        known = ", ".join(
-            f"{name} ({kind})" for name, kind in em.recordings.bag_topics(path).items()
-        )
-        raise ValueError(
-            f"{path}: expected --object-topic and --effector-topic for a bag; its topics are "
-            f"{known or 'none'}"
-        )
+        found = em.recordings.bag_topics(path).items()
+        known = ", ".join(f"{name} ({kind})" for name, kind in found)
+        text = f"{path}: expected --object-topic and --effector-topic for a bag"
+        raise ValueError(f"{text}; its topics are {known or 'none'}")
     return [em.recordings.read_bag(path, origin=layout.origin, **topics.given(), **rules)]

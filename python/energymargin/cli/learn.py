@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 from cyclopts import Parameter
 from rich.markup import escape
 
 import energymargin as em
-from energymargin.cli.places import dataset_of, require_free
-from energymargin.cli.terminal import loading, out, say
-
-BATCH = 1000  # states whose time is taken
-REPEATS = 20  # of which the fastest counts, whatever else the machine does
+from energymargin.cli.terminal import dataset_of, loading, out, require_free, say
 
 
 def learn(
@@ -61,26 +55,6 @@ def learn(
     ):
         chosen = store.run(run)
         surrogate = em.Surrogate.learn(chosen, dataset, metric, coverage=coverage, seed=seed)
-        batch, one, rollouts = *_seconds(surrogate, dataset), chosen.seconds()
     surrogate.save(output)
     out.print(em.summary.summary(surrogate))
-    faster = f": {rollouts / batch:,.0f} times faster than its score" if rollouts else ""
-    say(f"A state takes {1e6 * batch:.2g} us among {BATCH:,}, {1e3 * one:.2g} ms alone{faster}")
     say(f"Wrote {escape(str(output))}. Next: em.Surrogate.load({escape(repr(str(output)))})")
-
-
-def _seconds(surrogate: em.Surrogate, dataset: em.datasets.Dataset) -> tuple[float, float]:
-    """What a state takes in a batch, and alone [s]."""
-    first = dataset.trajectories[0]
-    given = {**first.params, **({"time": 0.0} if "time" in surrogate.given else {})}
-    states = np.resize(first.states, (BATCH, first.states.shape[1]))
-
-    def fastest(asked: np.ndarray) -> float:
-        times = []
-        for _ in range(REPEATS):
-            begun = time.perf_counter()
-            surrogate(asked, params=given)
-            times.append(time.perf_counter() - begun)
-        return min(times)
-
-    return fastest(states) / BATCH, fastest(states[0])

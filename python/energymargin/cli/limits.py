@@ -9,17 +9,8 @@ from typing import Any
 import energymargin as em
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_text
-from energymargin.cli.grasp_words import (
-    OF_OBJECT,
-    Rows,
-    Thing,
-    arguments_as_options,
-    chosen_hand,
-    chosen_protocol,
-)
+from energymargin.cli import grasp_words as words, terminal
 from energymargin.cli.options import Output, Where, given
-from energymargin.cli.places import print_markdown, require_complete, require_free, say_written
-from energymargin.cli.terminal import out
 
 CARDS = (".html", ".md", ".json")
 PAGE = '<!doctype html><html lang="en"><meta charset="utf-8"><title>How much it can take: '
@@ -39,8 +30,8 @@ def limits(
     store: Path | None = None,
     output: Output = None,
     overwrite: bool = False,
-    rows: Rows = Rows(),
-    thing: Thing = Thing(),
+    rows: words.Rows = words.Rows(),
+    thing: words.Thing = words.Thing(),
     where: Where = Where(),
 ) -> None:
     """Say how much a problem, or each grasp of a file, can take: critical values with intervals.
@@ -70,7 +61,7 @@ def limits(
         overwrite: Replace the file if it exists.
     """
     if output is not None:
-        require_free(output, overwrite=overwrite, suffixes=CARDS)
+        terminal.require_free(output, overwrite=overwrite, suffixes=CARDS)
     ranges = dict(map(_range, vary))
     if len(ranges) < len(vary):
         raise ValueError(f"--vary is {', '.join(vary)}, expected each quantity once")
@@ -79,33 +70,29 @@ def limits(
     asked |= {"store": store, "draws": draws}
     found: em.actions.CriticalValues | em.grasps.GraspLimits
     if hand is None:
-        found = _of_problem(file, asked)
+        with bar("Searching", "rollouts") as progress:
+            found = em.critical_values(em.Problem.load(str(file)), progress=progress, **asked)
     else:
         found = _of_grasps(rows.read(file), hand, protocol, thing, asked)
     told = em.summary.summary(found)
     if hand is None:
-        print_markdown(told.to_markdown())
+        terminal.print_markdown(told.to_markdown())
     else:
-        out.print(told, markup=False, highlight=False, soft_wrap=True)
+        terminal.out.print(told, markup=False, highlight=False, soft_wrap=True)
     if output is not None:
         page = f"{PAGE}{escape_html(file.name)}</title>{told.to_html()}\n"
         cards = {".html": page, ".md": told.to_markdown()}
         replace_text(output, cards.get(output.suffix) or found.to_json())
-        say_written([output])
-    require_complete(found, "all values were tried")
-
-
-def _of_problem(file: Path, asked: dict[str, Any]) -> em.actions.CriticalValues:
-    with bar("Searching", "rollouts") as progress:
-        return em.critical_values(em.Problem.load(str(file)), progress=progress, **asked)
+        terminal.say_written([output])
+    terminal.require_complete(found, "all values were tried")
 
 
 def _of_grasps(
-    found: em.grasps.GraspSet, hand: str, protocol: str, thing: Thing, asked: dict[str, Any]
+    found: em.grasps.GraspSet, hand: str, protocol: str, thing: words.Thing, asked: dict[str, Any]
 ) -> em.grasps.GraspLimits:
-    with arguments_as_options(OF_OBJECT), bar("Searching", "grasps") as progress:
+    with words.arguments_as_options(words.OF_OBJECT), bar("Searching", "grasps") as progress:
         object = em.grasps.GraspObject.of(found.object, **given(thing))
-        what = (found, chosen_hand(hand), object, chosen_protocol(protocol))
+        what = (found, words.chosen_hand(hand), object, words.chosen_protocol(protocol))
         return em.grasps.limits(*what, progress=progress, **asked)
 
 

@@ -7,15 +7,14 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import energymargin as em
+from energymargin.base.aliases import Floats
 from energymargin.base.bars import bar
 from energymargin.base.checks import whole_number
+from energymargin.cli import terminal
 from energymargin.cli.grasp_words import OF_OBJECT, Thing, arguments_as_options, chosen_hand
 from energymargin.cli.options import Outputs, Where, chosen_sampling, given, panel
-from energymargin.cli.places import require_complete, require_outputs, show_table
-from energymargin.cli.terminal import loading
 
 GRID = panel("The grid, without a file of poses")
 
@@ -115,21 +114,21 @@ def placements(
         output: Also the table as .csv or .md, or a picture: .png, .pdf, .svg. May be repeated.
         overwrite: Replace files that exist.
     """
-    with loading():
+    with terminal.loading():
         import energymargin.grasps
         import energymargin.placing  # noqa: F401
 
-        require_outputs(output or (), overwrite=overwrite, pictures=True)
+        suffixes = terminal.TEXTS + terminal.PICTURES
+        terminal.require_outputs(output or (), overwrite=overwrite, suffixes=suffixes)
     grid = {"spacing": spacing, "turns": turns, "pose": pose}
     if poses is not None and (given_too := [name for name in grid if grid[name] is not None]):
-        raise ValueError(
-            f"--{given_too[0]} is {grid[given_too[0]]}, but it is of a grid, and {poses} has the "
-            "poses: leave one of them out"
-        )
+        text = f"--{given_too[0]} is {grid[given_too[0]]}, but it is of a grid"
+        raise ValueError(f"{text}, and {poses} has the poses: leave one of them out")
     sampling, held = chosen_sampling(belief, None), release.chosen()
     with arguments_as_options(OF_OBJECT):
         object = em.grasps.GraspObject.of(None, **given(thing))
     scene = _scene(object, on, on_friction, on_scale, pose)
+    many = whole_number("turns", 1 if turns is None else turns, 1, 3600)
     with bar("Ranking", "draws") as progress:
         found = em.placements(
             scene,
@@ -137,7 +136,7 @@ def placements(
             None if poses is None else _poses(poses),
             on=[body.name for body in scene.bodies if body.name != "object"],
             spacing=0.05 if spacing is None else spacing,
-            yaws=_yaws(1 if turns is None else turns),
+            yaws=[2 * np.pi * turn / many for turn in range(many)],
             uncertainty=None if sampling is None else sampling.uncertainty,
             executor=where.executor(),
             progress=progress,
@@ -145,17 +144,11 @@ def placements(
             **held,
             **asdict(trials),
         )
-    show_table(found, output or (), lambda: em.plots.plot_ranking(found.ranking))
-    require_complete(found, "all draws were made")
+    done, draw = "all draws were made", lambda: em.plots.plot_ranking(found.ranking)
+    terminal.show_table(found, output or (), done, draw)
 
 
-def _yaws(turns: int) -> list[float]:
-    """So many angles [rad]. Raises ValueError unless they are some."""
-    turns = whole_number("turns", turns, 1, 3600)
-    return [2 * np.pi * turn / turns for turn in range(turns)]
-
-
-def _poses(path: Path) -> dict[str, NDArray[np.float64]]:
+def _poses(path: Path) -> dict[str, Floats]:
     """The poses of a table by name. Raises ValueError on a name that is there twice."""
     rows = em.grasps.read(path)
     if len(set(rows.names)) < len(rows):

@@ -9,9 +9,8 @@ from cyclopts import Parameter
 
 import energymargin as em
 from energymargin.base.bars import bar
-from energymargin.cli.fields import options_of
-from energymargin.cli.options import Outputs, Where, chosen_sampling, panel
-from energymargin.cli.places import require_complete, require_outputs, show_table
+from energymargin.cli.options import Outputs, Where, chosen_sampling, options_of, panel
+from energymargin.cli.terminal import PICTURES, TEXTS, require_outputs, show_table
 
 COMPARED = panel("How candidates are compared")
 
@@ -57,7 +56,7 @@ def rank(
     """
     if strength is not None and metric.startswith("effort"):
         raise ValueError(f"--strength is {strength:g} with --metric {metric}, which has none")
-    require_outputs(output or (), overwrite=overwrite, pictures=True)
+    require_outputs(output or (), overwrite=overwrite, suffixes=TEXTS + PICTURES)
     sampling = chosen_sampling(belief, None)
     with bar("Ranking", "draws") as progress:
         ranking = em.rank(
@@ -74,8 +73,8 @@ def rank(
             progress=progress,
             timeout=where.timeout,
         )
-    show_table(ranking, output or (), lambda: em.plots.plot_ranking(ranking))
-    require_complete(ranking, "all draws were made")
+    done, draw = "all draws were made", lambda: em.plots.plot_ranking(ranking)
+    show_table(ranking, output or (), done, draw)
 
 
 def _candidates(paths: list[Path]) -> dict[str, em.Problem]:

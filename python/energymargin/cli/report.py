@@ -11,9 +11,7 @@ from rich.markup import escape
 
 import energymargin as em
 from energymargin.cli.options import Output
-from energymargin.cli.places import require_free
-from energymargin.cli.progress import share_bar
-from energymargin.cli.terminal import err, loading, say
+from energymargin.cli.terminal import loading, require_free, say, share_bar
 
 
 def report(
@@ -59,11 +57,10 @@ def report(
     output = output or scores.with_suffix(".html")
     require_free(output, overwrite=overwrite)
     options = em.report.Options(trajectories, pictures, frames, last, draws, seed)
-    with share_bar(err) as progress:
+    with share_bar() as progress:
         lacking = em.report.write(
             scores, output, run=run, options=options, data=data, progress=progress
         )
-    size = output.stat().st_size / 1e6
-    say(f"Wrote {escape(str(output))}, {size:.1f} MB: open it in a browser")
+    say(f"Wrote {escape(str(output))}, {output.stat().st_size / 1e6:.1f} MB: open it in a browser")
     for text in lacking:
         say(f"[yellow]Notice in the page:[/] {escape(text)}")

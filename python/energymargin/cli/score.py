@@ -15,45 +15,35 @@ from energymargin.base.bars import bar
 from energymargin.base.limits import Limit
 from energymargin.base.metrics import CLOCKLESS, LEAST_EFFORT, TIMED, USUAL
 from energymargin.base.settings import flag_of
+from energymargin.cli import options
 from energymargin.cli.evaluate import print_evaluation
-from energymargin.cli.fields import options_of, split
-from energymargin.cli.options import (
-    Output,
-    PlanWord,
-    Where,
-    chosen_future,
-    chosen_sampling,
-    panel,
-    require_beside,
-    require_one,
-)
 from energymargin.cli.terminal import TIMED_OUT, say, warn
 
 SEARCH = em.SearchSettings()
-GROWTH, AHEAD = panel("How trees are grown"), panel("Over a horizon")
-BELIEF = panel("Models known with an error")
+GROWTH, AHEAD = options.panel("How trees are grown"), options.panel("Over a horizon")
+BELIEF = options.panel("Models known with an error")
 COMPARED = 20000  # states; the intervals of more take longer than one would wait after scoring
 PROBABILITY = ("rollouts", "strength", "objects", "common_random_numbers")
 
 
-@options_of(SEARCH, "nodes", "seed")
-@options_of(*(SEARCH, "stop_at_escape", "nodes_per_edge", "least_likelihood"), panel=GROWTH)
-@options_of(SEARCH, *PROBABILITY, panel=AHEAD)
+@options.options_of(SEARCH, "nodes", "seed")
+@options.options_of(*(SEARCH, "stop_at_escape", "nodes_per_edge", "least_likelihood"), panel=GROWTH)
+@options.options_of(SEARCH, *PROBABILITY, panel=AHEAD)
 def score(
     data: Path,
     /,
     *,
-    output: Output = None,
+    output: options.Output = None,
     paper: bool = False,
     metrics: str | None = None,
     engine: str | None = None,
     frames: Annotated[int | None, AHEAD] = None,
-    plan: Annotated[PlanWord | None, AHEAD] = None,
+    plan: Annotated[options.PlanWord | None, AHEAD] = None,
     check: Annotated[float | None, AHEAD] = None,
     dwell: Annotated[float | None, AHEAD] = None,
     belief: Annotated[str | None, BELIEF] = None,
     particles: Annotated[int | None, BELIEF] = None,
-    where: Where = Where(),
+    where: options.Where = options.Where(),
     **given: Any,
 ) -> None:
     """Does it stay captured over the next frames? Scores every state of a dataset that is not
@@ -96,13 +86,13 @@ def score(
     clock = {"frames": frames, "plan": plan, **times}
     clock |= {flags[name]: given.get(name) for name in PROBABILITY}
     for name, value in {"metrics": metrics, **clock}.items():
-        require_one(paper=paper or None, **{name: value})
-    named = None if metrics is None else split(metrics)
+        options.require_one(paper=paper or None, **{name: value})
+    named = None if metrics is None else options.split(metrics)
     timed = named is None or bool(set(named) & set(TIMED))
     if not timed:
         others = {name: value for name, value in clock.items() if name != "frames"}
-        require_beside("frames", frames, **others)
-    sampling = chosen_sampling(belief, particles)
+        options.require_beside("frames", frames, **others)
+    sampling = options.chosen_sampling(belief, particles)
     executor = where.executor()
     output = output or data.with_name(f"{data.stem}-scores.db")
     limit, failed, numbers = Limit(where.timeout), None, []
@@ -130,7 +120,10 @@ def score(
 
 
 def _asked_future(
-    dataset: em.datasets.Dataset, frames: int | None, plan: PlanWord | None, **times: float | None
+    dataset: em.datasets.Dataset,
+    frames: int | None,
+    plan: options.PlanWord | None,
+    **times: float | None,
 ) -> em.datasets.Future | None:
     """The question about the next frames, as far as it is given the usual one; None if the data
     have none. What is unusual is printed."""
@@ -151,7 +144,7 @@ def _asked_future(
             raise
         warn(f"nothing is asked about the next frames, only the paper's scores: {error}")
         return None
-    return chosen_future(frames, plan, **times)
+    return options.chosen_future(frames, plan, **times)
 
 
 def _say_of_older(path: Path, future: em.datasets.Future | None) -> None:
@@ -178,27 +171,13 @@ def _say_scored(run: em.store.Run, *, horizon: bool) -> None:
 
 
 def _show_question(path: Path, number: int) -> None:
-    """Of a run with a horizon what it foresaw, and the state that is least likely to stay captured;
-    and the command that comes next."""
+    """Of a run with a horizon what it foresaw; and the command that comes next."""
     with em.store.ScoreStore(path) as store:
         run, runs = store.run(number), len(store.runs())
         which = "" if runs == 1 or (runs == 2 and store.beside(run)) else f" --run {number}"
         if run.future is not None and run.states <= COMPARED:
             print_evaluation(em.evaluation.tables_of(*store.labelled_scores(run))[:1])
-            _say_weakest(run)
     say(f"Next: [bold]energymargin evaluate {escape(str(path))}{which}[/]")
-
-
-def _say_weakest(run: em.store.Run) -> None:
-    if "probability" not in run.metrics:
-        return
-    place = run.metrics.index("probability")
-    held = [state for state in run.rows() if state.captured and state.scores[place] is not None]
-    if held:
-        least = min(held, key=lambda state: state.scores[place] or 0.0)
-        where = f"trajectory {least.trajectory}, frame {least.frame}"
-        share = f"probability {least.scores[place]:.3g}"
-        say(f"Of {len(held)} states captured now the least likely to stay is {where}: {share}")
 
 
 @dataclass(frozen=True)
@@ -242,18 +221,18 @@ class Scoring:
 
     @contextmanager
     def run(
-        self, metrics: Sequence[str], future: em.datasets.Future | None = None, **options: Any
+        self, metrics: Sequence[str], future: em.datasets.Future | None = None, **limit: Any
     ) -> Iterator[tuple[em.store.Run, bool]]:
         """Scores what is missing; gives the run of all scores, and whether the time was enough.
         States that cannot be simulated are counted. Ctrl-C says how far it came."""
         asked = metrics, self.settings, future
         what = future or f"{self.settings.nodes} nodes"
-        options |= {"executor": self.executor, "notice": warn}
+        workers = {"executor": self.executor, "notice": warn, **limit}
         with em.store.ScoreStore(self.output, create=True) as store:
             run = em.store.begin_run(store, self.dataset, *asked, sampling=self.sampling)
             try:
                 with bar(f"Scoring, {what}", "states") as progress:
-                    complete = em.store.score_run(self.dataset, run, progress=progress, **options)
+                    complete = em.store.score_run(self.dataset, run, progress=progress, **workers)
             except KeyboardInterrupt:
                 say(_progress_text(run))
                 raise

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Annotated
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Annotated, Any
 
 import energymargin as em
+from energymargin.base.aliases import Floats
 from energymargin.base.bars import bar
 from energymargin.cli.options import Outputs, panel
-from energymargin.cli.places import require_complete, require_outputs, show_table
+from energymargin.cli.terminal import require_outputs, show_table
 
 MOVED = 1
 """Exit code where something moves."""
@@ -62,25 +60,16 @@ def settle(
     require_outputs(output or (), overwrite=overwrite)
     scene, state = _start(file, ground, base, keyframe, tuple(ignore or ()))
     with bar("Settling", "steps") as progress:
-        found = em.settle(
-            scene,
-            state,
-            time=time,
-            still=still,
-            during=during,
-            tolerance=tolerance,
-            progress=progress,
-            timeout=timeout,
-        )
-    show_table(found, output or ())
-    require_complete(found, "it came to rest")
+        asked: Any = {"time": time, "still": still, "during": during, "tolerance": tolerance}
+        found = em.settle(scene, state, progress=progress, timeout=timeout, **asked)
+    show_table(found, output or (), "it came to rest")
     if not found.stays:
         raise SystemExit(MOVED)
 
 
 def _start(
     file: Path, ground: float | None, base: str, keyframe: str | None, ignore: tuple[str, ...]
-) -> tuple[em.Scene, NDArray[np.float64] | None]:
+) -> tuple[em.Scene, Floats | None]:
     """The scene of a file, and the state of a problem. Raises ValueError on another format."""
     suffix, state = file.suffix.lower(), None
     if suffix == ".json":
@@ -96,9 +85,8 @@ def _start(
             raise ValueError(re.sub(r"ignore=\(.*?\)", _as_options, str(error))) from error
     else:
         way = f"; `xacro {file} > robot.urdf` makes a .urdf" if file.suffix == ".xacro" else ""
-        raise ValueError(
-            f"FILE is {file}, expected .xml of MuJoCo, .urdf, or .json of a problem{way}"
-        )
+        text = f"FILE is {file}, expected .xml of MuJoCo, .urdf, or .json of a problem{way}"
+        raise ValueError(text)
     if ground is not None:
         scene.add_plane("ground", offset=ground, friction=1.0)
     return scene, state

@@ -11,13 +11,11 @@ from cyclopts import Parameter
 
 import energymargin as em
 from energymargin.base.bars import bar
-from energymargin.cli.fields import as_number
-from energymargin.cli.options import Parameters, PlanWord, chosen_future, panel, parsed
-from energymargin.cli.places import require_free, say_written
-from energymargin.cli.progress import share_bar
-from energymargin.cli.terminal import err, loading
+from energymargin.base.replacing import PAGES
+from energymargin.cli.options import Parameters, PlanWord, as_number, chosen_future, panel, parsed
+from energymargin.cli.terminal import loading, require_free, say_written, share_bar
 
-PAGES, PICTURES = (".html", ".htm"), (".png", ".gif")
+PICTURES = (".png", ".gif")
 PICTURE = panel("A picture instead of a page")
 SIZE = "1400x900"
 
@@ -80,7 +78,7 @@ def view(
     with loading():
         import energymargin.viewer  # noqa: F401
 
-    with bar(f"Generating {what}", "trajectories") as progress, share_bar(err) as tell:
+    with bar(f"Generating {what}", "trajectories") as progress, share_bar() as tell:
         page = em.viewer.view(
             what,
             parameters=parsed(parameter),

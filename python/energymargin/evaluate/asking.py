@@ -96,8 +96,7 @@ def ask(
             try:
                 while flow.busy and not (interrupted.is_set() or limit.reached):
                     for tasks in flow.chunks():
-                        parts = [part for _, part in tasks]
-                        chunk = Chunk(answer, parts, limit.rest()["timeout"])
+                        chunk = Chunk(answer, [part for _, part in tasks], limit.rest()["timeout"])
                         flow.sent(executor.submit(chunk), tasks)
                     asking.take(flow.results())
             finally:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from energymargin.base.aliases import Floats, Mask
 from energymargin.base.checks import open_share
 from energymargin.base.metrics import TIMED
 from energymargin.base.reprs import Record
@@ -34,7 +34,7 @@ class BeliefScore(Record):
     """One metric of a belief. What is uncertain and what is random both spread the values."""
 
     metric: str
-    values: NDArray[np.float64]
+    values: Floats
     """Score of each particle, shape (N,); a probability's are 1 or 0, from one rollout each, and
     NaN of a rollout that diverged, which does not count."""
     particles: Particles
@@ -50,12 +50,12 @@ class BeliefScore(Record):
         return len(self.values) - int(self._counts.sum())
 
     @property
-    def _counts(self) -> NDArray[np.bool_]:
+    def _counts(self) -> Mask:
         """Which particles count, shape (N,)."""
         return ~np.isnan(self.values) | (self.metric not in TIMED)
 
     @property
-    def kept(self) -> NDArray[np.float64]:
+    def kept(self) -> Floats:
         """The values that count, shape (N - diverged,)."""
         return self.values[self._counts]
 
@@ -137,9 +137,7 @@ class BeliefScore(Record):
         return {source.name: share for source, share in zip(sources, found, strict=True)}
 
 
-def shares(
-    points: NDArray[np.float64], inputs: Sequence[int], scores: NDArray[np.float64]
-) -> list[Share]:
+def shares(points: Floats, inputs: Sequence[int], scores: Floats) -> list[Share]:
     """First-order (Sobol) share of each source in the variance of scores, shape (N,).
 
     It is read off a regression on Legendre polynomials of the first and second degree of the
@@ -150,25 +148,24 @@ def shares(
     """
     differ = bool(np.isfinite(scores).all()) and np.ptp(scores) > 0
     ends = np.cumsum(inputs, dtype=int)
-    return [
-        _share_of(points[:, end - size : end], scores) if differ else Share(np.nan, np.nan)
-        for size, end in zip(inputs, ends, strict=True)
-    ]
+    if not differ:
+        return [Share(np.nan, np.nan)] * len(inputs)
+    spans = zip(ends - inputs, ends, strict=True)
+    return [_share_of(points[:, begin:end], scores) for begin, end in spans]
 
 
-def _share_of(columns: NDArray[np.float64], scores: NDArray[np.float64]) -> Share:
+def _share_of(columns: Floats, scores: Floats) -> Share:
     count, x = len(scores), 2 * columns - 1
     terms = np.column_stack([np.ones(count), x, (3 * x**2 - 1) / 2])
     if count < PARTICLES_A_TERM * terms.shape[1]:
         return Share(np.nan, np.nan)
-    without = np.array(
-        [_r_squared(np.delete(terms, k, axis=0), np.delete(scores, k)) for k in range(count)]
-    )
+    less_one = ((np.delete(terms, k, axis=0), np.delete(scores, k)) for k in range(count))
+    without = np.array([_r_squared(*each) for each in less_one])
     spread = np.sqrt((count - 1) / count * ((without - without.mean()) ** 2).sum())
     return Share(_r_squared(terms, scores), float(spread))
 
 
-def _r_squared(terms: NDArray[np.float64], scores: NDArray[np.float64]) -> float:
+def _r_squared(terms: Floats, scores: Floats) -> float:
     """Adjusted (Wherry) for the number of terms."""
     total = float(((scores - scores.mean()) ** 2).sum())
     if total == 0:

@@ -19,18 +19,13 @@ from energymargin.base.checks import whole_number
 from energymargin.base.errors import DivergedError
 from energymargin.base.limits import Limit
 from energymargin.base.metrics import TIMED
+from energymargin.evaluate import searches
 from energymargin.evaluate.asking import ask
 from energymargin.evaluate.belief_scores import BeliefScore, BeliefScores
 from energymargin.evaluate.divergence import ANY, too_many_diverged
 from energymargin.evaluate.executors.choice import Executor
 from energymargin.evaluate.executors.rows import Row, Work, counts, score_chunk
 from energymargin.evaluate.scoring import ScoreError
-from energymargin.evaluate.searches import (
-    LooseSettings,
-    SearchSettings,
-    chosen_metrics,
-    chosen_settings,
-)
 from energymargin.model.beliefs.belief import Belief, Drawn, Particles
 from energymargin.model.beliefs.sampling import MOST_PARTICLES, PARTICLES
 from energymargin.model.beliefs.uncertainty import Source
@@ -46,13 +41,12 @@ PIECE = 16  # draws between two looks at the clock
 class Sharing:
     """How the steps of one problem are shared out among the particles of a belief."""
 
-    def __init__(self, particles: int, settings: SearchSettings) -> None:
+    def __init__(self, particles: int, settings: searches.SearchSettings) -> None:
         """`settings`: of the problem. Raises ValueError on particles below 1."""
         self.particles = whole_number("particles", particles, 1, MOST_PARTICLES)
         self.whole = settings
-        self.settings = replace(
-            settings, nodes=max(1, settings.nodes // self.particles), rollouts=1
-        )
+        nodes = max(1, settings.nodes // self.particles)
+        self.settings = replace(settings, nodes=nodes, rollouts=1)
         """Settings of a particle."""
 
     def count(self, metric: str) -> int:
@@ -68,10 +62,8 @@ class Sharing:
                 f"{self.particles} particles"
             )
         if self.whole.common_random_numbers and set(metrics) & set(TIMED):
-            raise ValueError(
-                "common_random_numbers is True, expected False with a belief: all of its particles "
-                "would meet one disturbance"
-            )
+            text = "common_random_numbers is True, expected False with a belief"
+            raise ValueError(f"{text}: all of its particles would meet one disturbance")
 
 
 @dataclass(eq=False)
@@ -122,13 +114,9 @@ class BeliefWork:
         values = np.array([row.scores.get(metric, np.nan) for row in rows])
         kept = [row for row, value in zip(rows, values, strict=True) if not np.isnan(value)]
         curves = [row.curves[metric] for row in kept if metric in row.curves]
-        return BeliefScore(
-            metric,
-            values,
-            particles.first(len(rows)),
-            sum(row.times.get(metric, 0.0) for row in rows),
-            (curves[0][0], np.mean([curve for _, curve in curves], axis=0)) if curves else None,
-        )
+        seconds = sum(row.times.get(metric, 0.0) for row in rows)
+        mean = (curves[0][0], np.mean([own for _, own in curves], axis=0)) if curves else None
+        return BeliefScore(metric, values, particles.first(len(rows)), seconds, mean)
 
     def row(self, rows: Sequence[Row]) -> Row:
         """Particles as one row, or what went wrong."""
@@ -138,24 +126,20 @@ class BeliefWork:
         for number, row in enumerate(rows):
             if row.error:
                 return Row(index, error=f"particle {number}: {row.error}")
-        scores = self.scores(rows)
+        found, error = self.scores(rows), None
+        for metric, one in found.items():
+            if too_many_diverged(one.diverged, len(one.values)):
+                which = f"the belief's {metric}"
+                error = error or str(DivergedError(which, one.diverged, len(one.values)))
         return Row(
             index,
-            error=_too_many_diverged(scores),
-            scores={metric: score.mean for metric, score in scores.items()},
-            particles={metric: score.values for metric, score in scores.items()},
-            times={metric: score.seconds for metric, score in scores.items()},
-            curves={metric: s.curve for metric, s in scores.items() if s.curve is not None},
+            error=error,
+            scores={metric: one.mean for metric, one in found.items()},
+            particles={metric: one.values for metric, one in found.items()},
+            times={metric: one.seconds for metric, one in found.items()},
+            curves={metric: one.curve for metric, one in found.items() if one.curve is not None},
             **counts(rows),
         )
-
-
-def _too_many_diverged(scores: BeliefScores) -> str | None:
-    """What is wrong if so many rollouts diverged that a probability says nothing."""
-    for metric, score in scores.items():
-        if too_many_diverged(score.diverged, len(score.values)):
-            return str(DivergedError(f"the belief's {metric}", score.diverged, len(score.values)))
-    return None
 
 
 particle_chunk = partial(score_chunk, most_diverged=ANY)
@@ -167,13 +151,13 @@ def score_belief(
     metrics: Sequence[str] | None = None,
     *,
     particles: int = PARTICLES,
-    settings: SearchSettings | None = None,
+    settings: searches.SearchSettings | None = None,
     threads: int | None = None,
     executor: Executor | None = None,
     progress: Callable[[int, int], None] | None = None,
     timeout: float | None = None,
     cancel: Cancel | None = None,
-    **loose: Unpack[LooseSettings],
+    **loose: Unpack[searches.LooseSettings],
 ) -> BeliefScores:
     """Scores of a belief, at as many simulation steps as those of its problem.
 
@@ -197,8 +181,8 @@ def score_belief(
     and more than 1 % of them diverged.
     """
     limit = Limit(timeout, cancel)
-    chosen = chosen_settings(settings, **loose)
-    metrics = chosen_metrics([belief.problem], metrics, chosen)
+    chosen = searches.chosen_settings(settings, **loose)
+    metrics = searches.chosen_metrics([belief.problem], metrics, chosen)
     sharing = Sharing(particles, chosen)
     sharing.require(metrics)
     asked = BeliefWork(Work(0, belief.problem, tuple(metrics)), lambda _: belief, sharing)

@@ -18,7 +18,5 @@ ANY = 1.0
 
 def is_unknown(probability: CaptureProbability) -> bool:
     """Whether too many of its rollouts diverged."""
-    unknown: bool = too_many_diverged(
-        probability.diverged, probability.rollouts + probability.diverged
-    )
-    return unknown
+    diverged = probability.diverged
+    return bool(too_many_diverged(diverged, probability.rollouts + diverged))

@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, CaptureProbability, Problem, World
+from energymargin.base.aliases import Floats
+from energymargin.base.bars import Update
 from energymargin.base.checks import shown
 from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
 from energymargin.disturbances import Disturbance
 from energymargin.evaluate.scores import capture_probability
 from energymargin.model.engines import Engine
-
-Numbers = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -28,11 +28,11 @@ class EngineComparison(Record, Summarized):
     """Names, E of them."""
     probabilities: tuple[CaptureProbability, ...]
     """Of each engine."""
-    exit_times: Numbers
+    exit_times: Floats
     """When each draw is lost in each engine [s], shape (E, n); inf: it is not, nan: it diverged."""
-    times: Numbers
+    times: Floats
     """Times of the undisturbed futures, shape (T,) [s]."""
-    distances: Numbers
+    distances: Floats
     """How far the objects are in each engine from where the first one has them in the undisturbed
     future, the most of them [m], shape (E, T)."""
 
@@ -43,7 +43,7 @@ class EngineComparison(Record, Summarized):
         return np.flatnonzero(known & (np.isinf(first) != np.isinf(other)))
 
     @property
-    def agreement(self) -> Numbers:
+    def agreement(self) -> Floats:
         """Share of the draws that end as in the first engine, shape (E,)."""
         count = max(1, self.exit_times.shape[1])
         return np.array([1 - self.differing(i).size / count for i in range(len(self.engines))])
@@ -85,26 +85,17 @@ def compare_engines(
     for engine in engines:
         _require_bodies(problem, engine)
     asked = [problem.with_engine(engine) for engine in engines]
-    found = tuple(
-        capture_probability(
-            each,
-            rollouts=rollouts,
-            disturbance=disturbance,
-            seed=seed,
-            threads=threads,
-            timeout=timeout,
-            cancel=cancel,
-            progress=progress and _counted(progress, number, len(asked)),
-        )
-        for number, each in enumerate(asked)
-    )
-    count = min(p.exit_times.size for p in found)
+    asks: dict[str, Any] = {"rollouts": rollouts, "disturbance": disturbance, "seed": seed}
+    asks |= {"threads": threads, "timeout": timeout, "cancel": cancel}
+    counts = [progress and _counted(progress, k, len(asked)) for k in range(len(asked))]
+    pairs = zip(asked, counts, strict=True)
+    found = tuple(capture_probability(each, progress=count, **asks) for each, count in pairs)
+    draws = min(p.exit_times.size for p in found)
     names = tuple(e if isinstance(e, str) else e.name for e in engines)
-    paths = [
-        _undisturbed(each, p.times, timeout, cancel) for each, p in zip(asked, found, strict=True)
-    ]
+    each_found = zip(asked, found, strict=True)
+    paths = [_undisturbed(each, p.times, timeout, cancel) for each, p in each_found]
     apart = np.linalg.norm(np.array(paths) - paths[0], axis=-1).max(axis=-1)
-    exits = np.array([p.exit_times[:count] for p in found])
+    exits = np.array([p.exit_times[:draws] for p in found])
     return EngineComparison(names, found, exits, found[0].times, apart)
 
 
@@ -116,10 +107,8 @@ def _require_bodies(problem: Problem, engine: str | Engine) -> None:
     here, there = (_state_names(scene) for scene in (problem.scene, own))
     if here != there:
         odd = sorted(set(here) ^ set(there)) or here
-        raise ValueError(
-            f"engines has {engine!r} of another scene: {odd[0]!r} is not in both, or elsewhere; "
-            "expected one with scene=problem.scene"
-        )
+        text = f"engines has {engine!r} of another scene: {odd[0]!r} is not in both, or elsewhere"
+        raise ValueError(f"{text}; expected one with scene=problem.scene")
 
 
 def _state_names(scene: Any) -> list[str]:
@@ -129,21 +118,18 @@ def _state_names(scene: Any) -> list[str]:
     return bodies + [joint.name for joint in scene.joints if joint.type != "fixed"]
 
 
-def _counted(
-    progress: Callable[[int, int], None], number: int, engines: int
-) -> Callable[[int, int], None]:
+def _counted(progress: Update, number: int, engines: int) -> Update:
     """The progress of one engine, as that of all."""
     return lambda done, total: progress(number * total + done, engines * total)
 
 
 def _undisturbed(
-    problem: Problem, times: Numbers, timeout: float | None, cancel: Cancel | None
-) -> Numbers:
+    problem: Problem, times: Floats, timeout: float | None, cancel: Cancel | None
+) -> Floats:
     """Positions of the objects without a disturbance, shape (T, k, 3)."""
     scene, record = problem.scene, np.rint(times / problem.scene.step).astype(int).tolist()
     world: Any = World(scene, problem.plan) if problem.plan else World(scene)
     run = world.simulate(problem.state, record[-1], record=record, timeout=timeout, cancel=cancel)
     objects = [body.name for body in scene.bodies if body.role == "object"]
-    return np.array(
-        [[scene.unpack(state)[name]["position"] for name in objects] for state in run.states]
-    )
+    states = map(scene.unpack, run.states)
+    return np.array([[state[name]["position"] for name in objects] for state in states])

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Plan, Problem, World, capture_probability
+from energymargin.base.aliases import Floats
 from energymargin.disturbances import Uniform
 from energymargin.evaluate.searches import SearchSettings
 
@@ -24,9 +24,9 @@ NamedValue = tuple[str, str]
 class Undisturbed(NamedTuple):
     """The robot follows its plan, and no wrench acts on the objects: K moments."""
 
-    times: NDArray[np.float64]
+    times: Floats
     """From 0 to the horizon [s], shape (K,)."""
-    states: NDArray[np.float64]
+    states: Floats
     """Shape (K, n)."""
     exit: float | None
     """When the objects are first seen outside of the capture set, for long enough [s]; None: they
@@ -38,6 +38,13 @@ class Undisturbed(NamedTuple):
         if self.exit is None:
             return None
         return min(int(np.searchsorted(self.times, self.exit - 1e-9)), len(self.times) - 1)
+
+    @property
+    def words(self) -> str:
+        """What becomes of the objects: "undisturbed it leaves at 0.52 s"."""
+        if self.exit is None:
+            return f"undisturbed it stays captured for {self.times[-1]:.3g} s"
+        return f"undisturbed it leaves at {self.exit:.3g} s"
 
 
 def or_success(problem: Problem) -> Problem:
@@ -69,10 +76,8 @@ def future_rows(problem: Problem) -> list[NamedValue]:
     """Horizon, looks at the capture set, and plan; nothing of a problem without a clock."""
     if problem.horizon is None:
         return []
-    rows = [
-        ("horizon", f"{problem.horizon:.4g} s"),
-        ("between two looks", CHECK if problem.check is None else f"{problem.check:.3g} s"),
-    ]
+    looks = CHECK if problem.check is None else f"{problem.check:.3g} s"
+    rows = [("horizon", f"{problem.horizon:.4g} s"), ("between two looks", looks)]
     if problem.dwell > 0.0:
         rows.append(("an escape lasts", f"at least {problem.dwell:.3g} s"))
     if problem.plan is None:

@@ -58,10 +58,8 @@ class Chunk:
 
 def _work_elsewhere(release: str, work: bytes, left: float | None) -> Done:
     if algorithm() != release:
-        raise RuntimeError(
-            f"a worker has release {algorithm()} of energymargin, and this is {release}; install "
-            "the same release there"
-        )
+        text = f"a worker has release {algorithm()} of energymargin, and this is {release}"
+        raise RuntimeError(f"{text}; install the same release there")
     cancel, most = Cancel(), threading.TIMEOUT_MAX
     end = threading.Timer(most if left is None else min(left + GRACE, most), cancel.set)
     end.daemon = True
@@ -127,9 +125,8 @@ class RemoteWorkers(Workers):
         try:
             call = pickle.dumps(chunk)
         except (AttributeError, TypeError, ValueError, pickle.PicklingError) as error:
-            raise ValueError(
-                f"what is asked cannot be sent to another process ({error}): use threads"
-            ) from error
+            text = f"what is asked cannot be sent to another process ({error}): use threads"
+            raise ValueError(text) from error
         try:
             future: Future[Done] = self._executor.submit(pickle.loads, call)
         except RuntimeError as error:

@@ -10,30 +10,9 @@ import math
 from collections.abc import Callable
 from typing import Any, Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
 import energymargin._core as core
-from energymargin._core import (
-    Box,
-    Cancel,
-    Capsule,
-    CaptureProbability,
-    CaptureScore,
-    Compound,
-    ConvexHull,
-    Cylinder,
-    EscapeEffort,
-    EscapeEnergy,
-    ForceScore,
-    ForceWeights,
-    LowerBound,
-    MassProperties,
-    Plan,
-    Plane,
-    Problem,
-    Sphere,
-)
+from energymargin.base.aliases import Floats
+from energymargin.base.bars import Update
 from energymargin.base.checks import core_count
 from energymargin.base.doors import check_doors
 from energymargin.disturbances import Disturbance, Uniform
@@ -62,7 +41,7 @@ REPLICAS = 1000
 
 
 def capture_score(
-    problem: Problem,
+    problem: core.Problem,
     *,
     nodes: int = 1000,
     seed: int = 0,
@@ -74,10 +53,10 @@ def capture_score(
     least_likelihood: float = 0.0,
     tolerance: float | None = None,
     timeout: float | None = None,
-    cancel: Cancel | None = None,
+    cancel: core.Cancel | None = None,
     progress: Callable[[int, int], None] | None = None,
     warn: bool = True,
-) -> CaptureScore:
+) -> core.CaptureScore:
     """Likelihood to stay in the capture set and to be in the success set, Algorithm 2.
 
     Args:
@@ -117,7 +96,7 @@ def capture_score(
 
 
 def escape_effort(
-    problem: Problem,
+    problem: core.Problem,
     *,
     planner: str = "est",
     nodes: int = 1000,
@@ -134,10 +113,10 @@ def escape_effort(
     bound_cells: int = 100000,
     bound_tolerance: float = 0.05,
     timeout: float | None = None,
-    cancel: Cancel | None = None,
+    cancel: core.Cancel | None = None,
     progress: Callable[[int, int], None] | None = None,
     warn: bool = True,
-) -> EscapeEffort:
+) -> core.EscapeEffort:
     """The least work that was found of an escape from the capture set (eq. 2).
 
     It is an upper bound of the effort of escape, and falls with the nodes. The metric 'effort' of
@@ -200,14 +179,14 @@ def escape_effort(
 
 
 def effort_lower_bound(
-    problem: Problem,
+    problem: core.Problem,
     *,
     cells: int = 100000,
     tolerance: float = 0.05,
     captured: str = "all",
     timeout: float | None = None,
-    cancel: Cancel | None = None,
-) -> LowerBound:
+    cancel: core.Cancel | None = None,
+) -> core.LowerBound:
     """A lower bound of the effort of escape: no disturbance gets the object out with less work.
 
     Args:
@@ -228,9 +207,9 @@ def effort_lower_bound(
 
 
 def capture_probability(
-    problem: Problem,
+    problem: core.Problem,
     *,
-    plan: Plan | None = None,
+    plan: core.Plan | None = None,
     disturbance: Disturbance | Callable[[Any, Any], Any] | None = None,
     rollouts: int | None = None,
     seed: int = 0,
@@ -246,13 +225,13 @@ def capture_probability(
     step: float | Literal["auto"] | None = None,
     drawn_step: float | None = None,
     rare: bool = False,
-    level: Callable[[NDArray[np.float64]], Any] | None = None,
+    level: Callable[[Floats], Any] | None = None,
     ahead: float | None = None,
     timeout: float | None = None,
-    cancel: Cancel | None = None,
+    cancel: core.Cancel | None = None,
     progress: Callable[[int, int], None] | None = None,
     warn: bool = True,
-) -> CaptureProbability:
+) -> core.CaptureProbability:
     """Probability that the objects stay captured over the problem's horizon while the robot follows
     its plan.
 
@@ -336,7 +315,7 @@ def capture_probability(
 
 
 def escape_energy(
-    problem: Problem,
+    problem: core.Problem,
     *,
     planner: str = "bit*",
     samples: int = 2000,
@@ -344,8 +323,8 @@ def escape_energy(
     reach: float | None = None,
     object: str | None = None,
     timeout: float | None = None,
-    cancel: Cancel | None = None,
-) -> EscapeEnergy:
+    cancel: core.Cancel | None = None,
+) -> core.EscapeEnergy:
     """The least potential energy above the start's over which the object leaves the capture set.
 
     The object moves slowly and without friction, and everything else stays where it is.
@@ -366,7 +345,9 @@ def escape_energy(
     return core.escape_energy(**locals())
 
 
-def force_score(problem: Problem, *, weights: ForceWeights | None = None) -> ForceScore:
+def force_score(
+    problem: core.Problem, *, weights: core.ForceWeights | None = None
+) -> core.ForceScore:
     """The wrench-based baseline: engaging score plus sticking score minus distance, each with its
     weight.
 
@@ -377,8 +358,15 @@ def force_score(problem: Problem, *, weights: ForceWeights | None = None) -> For
 
 
 def mass_properties(
-    shape: Plane | Box | Sphere | Cylinder | Capsule | ConvexHull | Compound, mass: float = 1.0
-) -> MassProperties:
+    shape: core.Plane
+    | core.Box
+    | core.Sphere
+    | core.Cylinder
+    | core.Capsule
+    | core.ConvexHull
+    | core.Compound,
+    mass: float = 1.0,
+) -> core.MassProperties:
     """Mass properties of a solid shape of a mass [kg], of even density."""
     return core.mass_properties(**locals())
 
@@ -388,9 +376,7 @@ def stream(seed: int, number: int) -> int:
     return core.stream(**locals())
 
 
-def _counted(
-    progress: Callable[[int, int], None] | None, *factors: int
-) -> Callable[[int], None] | None:
+def _counted(progress: Update | None, *factors: int) -> Callable[[int], None] | None:
     """The function of the number done that tells `progress` the total too. What is no function is
     the core's to refuse."""
     if not callable(progress):

@@ -6,26 +6,21 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Problem, warn_of_steps
+from energymargin.base.aliases import Floats, Ints
 from energymargin.base.checks import shown, whole_number
 from energymargin.base.errors import EnergyMarginError, ExecutorError
 from energymargin.base.limits import Limit
 from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
+from energymargin.evaluate import searches
 from energymargin.evaluate.asking import Pairs, ask
 from energymargin.evaluate.executors.choice import Executor
 from energymargin.evaluate.executors.rows import Row, Work, score_chunk
-from energymargin.evaluate.searches import (
-    LooseSettings,
-    SearchSettings,
-    chosen_metrics,
-    chosen_settings,
-)
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -38,7 +33,7 @@ def score(
     problems: Sequence[Problem],
     metrics: Sequence[str] | None = None,
     *,
-    settings: SearchSettings | None = None,
+    settings: searches.SearchSettings | None = None,
     threads: int | None = None,
     executor: Executor | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -46,7 +41,7 @@ def score(
     indices: Sequence[int] | None = None,
     timeout: float | None = None,
     cancel: Cancel | None = None,
-    **loose: Unpack[LooseSettings],
+    **loose: Unpack[searches.LooseSettings],
 ) -> ScoreTable:
     """Scores of every problem: the same bits for any number of threads, and on any executor.
 
@@ -76,8 +71,8 @@ def score(
     limit = Limit(timeout, cancel)
     if isinstance(problems, (Problem, Mapping)) or not hasattr(problems, "__getitem__"):
         raise TypeError(f"problems is {shown(problems)}, expected a list of Problems")
-    settings = chosen_settings(settings, **loose)
-    metrics = chosen_metrics(problems, metrics, settings)
+    settings = searches.chosen_settings(settings, **loose)
+    metrics = searches.chosen_metrics(problems, metrics, settings)
     done: list[Row] = []
     errors: dict[int, str] = {}
 
@@ -118,19 +113,16 @@ def _warn_of_steps(table: ScoreTable, problems: Mapping[int, Problem]) -> None:
         return
     lengths = np.array([problems[index].scene.step for index in table.index.tolist()])
     for rows in (lengths == length for length in np.unique(lengths)):
-        warn_of_steps(
-            steps=int(table.steps[rows].sum()),
-            unconverged=int(table.unconverged[rows].sum()),
-            lost_time=float(table.lost_time[rows].sum()),
-            scene=problems[int(table.index[rows][0])].scene,
-        )
+        counts = int(table.steps[rows].sum()), int(table.unconverged[rows].sum())
+        lost_time = float(table.lost_time[rows].sum())
+        warn_of_steps(*counts, lost_time, problems[int(table.index[rows][0])].scene)
 
 
 def _indices(indices: Sequence[int] | None, problems: int) -> Sequence[int]:
-    if indices is not None and len(indices) != problems:
-        raise ValueError(f"indices has {len(indices)} numbers, expected one for each problem")
     if indices is None:
         return range(problems)
+    if len(indices) != problems:
+        raise ValueError(f"indices has {len(indices)} numbers, expected one for each problem")
     return [whole_number("indices", index, 0, MOST_INDEX) for index in indices]
 
 
@@ -148,18 +140,18 @@ COLUMNS: dict[str, type] = {
 class ScoreTable(Record, Summarized):
     """One row a problem: `table["capture"]` is the capture score of each, shape (N,)."""
 
-    index: NDArray[np.int64]
+    index: Ints
     """Number of the problem of each row, shape (N,), rising."""
-    seconds: NDArray[np.float64]
+    seconds: Floats
     """Computing time of each, that of its searches on their threads added up [s], shape (N,)."""
-    scores: dict[str, NDArray[np.float64]]
+    scores: dict[str, Floats]
     """Scores by metric, shape (N,): capture, success in 0..1; effort [J], inf without an escape;
     force."""
-    steps: NDArray[np.int64]
+    steps: Ints
     """Simulation steps of each problem, shape (N,)."""
-    unconverged: NDArray[np.int64]
+    unconverged: Ints
     """Simulation steps whose contact solver did not converge, shape (N,)."""
-    lost_time: NDArray[np.float64]
+    lost_time: Floats
     """Time of each in which nothing moved, as bodies would have passed through each other [s],
     shape (N,)."""
     warnings: dict[int, tuple[str, ...]] = field(default_factory=dict)
@@ -171,7 +163,7 @@ class ScoreTable(Record, Summarized):
         """How many problems."""
         return len(self.index)
 
-    def __getitem__(self, metric: str) -> NDArray[np.float64]:
+    def __getitem__(self, metric: str) -> Floats:
         """The scores of one metric, shape (N,); KeyError if it was not computed."""
         if metric not in self.scores:
             raise KeyError(f"{metric!r} was not computed; there are: {', '.join(self.scores)}")
@@ -200,9 +192,8 @@ class ScoreError(EnergyMarginError, ValueError):
 def _score_table(rows: Iterable[Row], metrics: Sequence[str], *, complete: bool) -> ScoreTable:
     """The table of these rows, by rising index."""
     rows = sorted(rows, key=lambda row: row.index)
-    return ScoreTable(
-        **{name: np.array([getattr(r, name) for r in rows], own) for name, own in COLUMNS.items()},
-        scores={m: np.array([row.scores[m] for row in rows], dtype=float) for m in metrics},
-        warnings={row.index: row.warnings for row in rows if row.warnings},
-        complete=complete,
-    )
+    of_rows = {name: [getattr(row, name) for row in rows] for name in COLUMNS}
+    columns: dict[str, Any] = {name: np.array(of_rows[name], own) for name, own in COLUMNS.items()}
+    scores = {m: np.array([row.scores[m] for row in rows], dtype=float) for m in metrics}
+    warnings = {row.index: row.warnings for row in rows if row.warnings}
+    return ScoreTable(**columns, scores=scores, warnings=warnings, complete=complete)

@@ -7,28 +7,12 @@ path or rollouts asks here, so that a state with the same settings has the same 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypedDict
 
-from energymargin._core import (
-    CaptureProbability,
-    CaptureScore,
-    EscapeEffort,
-    ForceScore,
-    Problem,
-    capture_probability,
-    capture_score,
-    escape_effort,
-    force_score,
-    stream,
-)
-from energymargin.base.checks import (
-    not_negative_number,
-    seed_number,
-    share,
-    whole_number,
-    yes_or_no,
-)
+import energymargin._core as core
+from energymargin.base import checks
 from energymargin.base.metrics import (
     ANY,
     CLOCKLESS,
@@ -57,81 +41,54 @@ them than the others."""
 MOST_NODES = 10**9
 
 # Settings that came later: with these values, a question is the one that it was without them.
-LATER: dict[str, Any] = {
-    "strength": 1.0,
-    "objects": None,
-    "common_random_numbers": False,
-}
+LATER: dict[str, Any] = {"strength": 1.0, "objects": None, "common_random_numbers": False}
 
 
 @dataclass(frozen=True)
 class SearchSettings:
     """Settings of the searches and rollouts behind the scores. Raises ValueError on bad values."""
 
-    nodes: int = setting(
-        1000, "Nodes of each search tree: with more, scores are finer and take longer."
-    )
+    nodes: int = setting(1000, "Nodes of each search tree: more make scores finer, and slower.")
     """Nodes of each search tree."""
     seed: int = setting(0, "The same seed gives the same numbers, to the last bit.")
     """Each problem has a stream of its own: the tree of problem i has the seed stream(seed, i)."""
-    nodes_per_edge: int = setting(
-        1,
-        "Capture and success: the most states of a rollout that are nodes. More of them take "
-        "fewer rollouts.",
-    )
+    nodes_per_edge: int = setting(1, "Capture, success: most nodes of a rollout; more are faster.")
     """Most nodes of a rollout in the trees of capture and success, as in `capture_score`."""
     least_likelihood: float = setting(
-        0.0,
-        "Capture and success: a rollout ends where its likelihood falls to this share of the "
-        "root's.",
+        0.0, "Capture, success: a rollout ends at this share of the root's likelihood."
     )
     """Likelihood at which a rollout ends, as a share of the root's, as in `capture_score`."""
-    stop_at_escape: bool = setting(
-        False, "Efforts: a rollout ends where it is seen outside of the capture set."
-    )
+    stop_at_escape: bool = setting(False, "Efforts: a rollout ends where it is seen to have left.")
     """Whether rollouts of the efforts end at an escape, as in `escape_effort`."""
     rollouts: int = setting(30, "Rollouts of each probability: more make its interval narrower.")
     """Rollouts of each probability, as in `capture_probability`."""
-    strength: float = setting(
-        1.0, "Strength of the probabilities' disturbance, a share of the task's bounds.", shown="1"
-    )
+    strength: float = setting(1.0, "Disturbance, as a share of the task's bounds.", shown="1")
     """Strength of the disturbance of the probabilities, as in `em.disturbances.Uniform`."""
     objects: int | None = setting(None, "Objects that are disturbed at a time; all if not given.")
     """Number of objects that the disturbance meets at a time; None: all."""
     common_random_numbers: bool = setting(
-        False,
-        "All states meet the same disturbances (common random numbers), to be compared.",
-        flag="--common",
+        False, "All states meet the same disturbances, to be compared.", flag="--common"
     )
     """Whether every problem draws the disturbances of its probability from the seed itself, and not
     from its own stream, so that problems are compared under the same disturbances."""
 
     def __post_init__(self) -> None:
         """Checks each of them, and brings it to one type, so that stores know 0 and 0.0 as one."""
-        checked = {
-            "nodes": whole_number("nodes", self.nodes, 1, MOST_NODES),
-            "seed": seed_number(self.seed),
-            "nodes_per_edge": whole_number("nodes_per_edge", self.nodes_per_edge, 1, MOST_NODES),
-            "least_likelihood": share("least_likelihood", self.least_likelihood),
-            "stop_at_escape": yes_or_no("stop_at_escape", self.stop_at_escape),
-            "rollouts": whole_number("rollouts", self.rollouts, 1, MOST_NODES),
-            "strength": not_negative_number("strength", self.strength),
-            "objects": None
-            if self.objects is None
-            else whole_number("objects", self.objects, 1, MOST_NODES),
-            "common_random_numbers": yes_or_no("common_random_numbers", self.common_random_numbers),
+        counts = ["nodes", "nodes_per_edge", "rollouts", *["objects"] * (self.objects is not None)]
+        check: dict[str, Callable[[str, Any], Any]] = {
+            **dict.fromkeys(counts, partial(checks.whole_number, least=1, most=MOST_NODES)),
+            **dict.fromkeys(("stop_at_escape", "common_random_numbers"), checks.yes_or_no),
+            "seed": lambda _, seed: checks.seed_number(seed),
+            "least_likelihood": checks.share,
+            "strength": checks.not_negative_number,
         }
-        for name, value in checked.items():
-            object.__setattr__(self, name, value)
+        for name, checked in check.items():
+            object.__setattr__(self, name, checked(name, getattr(self, name)))
 
     def of(self, metric: str) -> dict[str, Any]:
         """Those that change the value of one metric, by which stores know its question."""
-        names = settings_of(metric)
-        return {
-            name: value
-            for name, value in self.all().items()
-            if name in names and not (name in LATER and value == LATER[name])
-        }
+        known = [(name, getattr(self, name)) for name in settings_of(metric)]
+        return {name: own for name, own in known if name not in LATER or own != LATER[name]}
 
     @property
     def disturbance(self) -> Uniform:
@@ -141,10 +98,6 @@ class SearchSettings:
     def all(self) -> dict[str, Any]:
         """All of them, by name."""
         return asdict(self)
-
-
-SETTINGS: tuple[str, ...] = tuple(field.name for field in fields(SearchSettings))
-"""The names of all settings."""
 
 
 class LooseSettings(TypedDict, total=False):
@@ -170,10 +123,8 @@ def chosen_settings(
     if not isinstance(settings, SearchSettings):
         raise ValueError(f"settings is {settings!r}, expected SearchSettings(...)")
     if loose:
-        raise ValueError(
-            f"settings and {next(iter(loose))} are given, expected one of them: "
-            "dataclasses.replace(settings, ...) changes some"
-        )
+        text = f"settings and {next(iter(loose))} are given, expected one of them"
+        raise ValueError(f"{text}: dataclasses.replace(settings, ...) changes some")
     return settings
 
 
@@ -187,11 +138,11 @@ def algorithm() -> str:
     return ALGORITHM if ALGORITHM == ALGORITHM_IMPROVED else f"{ALGORITHM}/{ALGORITHM_IMPROVED}"
 
 
-Found = CaptureScore | EscapeEffort | ForceScore | CaptureProbability
+Found = core.CaptureScore | core.EscapeEffort | core.ForceScore | core.CaptureProbability
 
 
 def metric_search(
-    problem: Problem,
+    problem: core.Problem,
     metric: str,
     settings: SearchSettings,
     number: int | None = None,
@@ -216,11 +167,12 @@ def metric_search(
     Raises what that function raises.
     """
     if metric_kind(metric) is KINDS["force"]:
-        return force_score(problem)
-    seed = _seed(metric, settings, number)
+        return core.force_score(problem)
+    common = settings.common_random_numbers and metric in TIMED
+    seed = settings.seed if number is None or common else core.stream(settings.seed, number)
     if metric in TIMED:
         wanted = {"success": metric == "probability/success", "by_object": metric.endswith(ANY)}
-        return capture_probability(
+        return core.capture_probability(
             problem,
             disturbance=disturbance or settings.disturbance,
             rollouts=settings.rollouts,
@@ -233,30 +185,24 @@ def metric_search(
         chosen["captured"] = "any" if metric.endswith(ANY) else "all"
         if metric not in LEAST_EFFORT:
             chosen |= {"planner": metric.split("/")[1], "search": "published"}
-        return escape_effort(problem, **chosen, **keywords)
-    return capture_score(problem, **chosen, **keywords)
+        return core.escape_effort(problem, **chosen, **keywords)
+    return core.capture_score(problem, **chosen, **keywords)
 
 
 def value_of(metric: str, found: Found) -> float:
     """What a metric is of what `metric_search` found for it."""
-    if isinstance(found, EscapeEffort):
+    if isinstance(found, core.EscapeEffort):
         return found.effort
-    if isinstance(found, ForceScore):
+    if isinstance(found, core.ForceScore):
         return found.force
-    if isinstance(found, CaptureScore):
+    if isinstance(found, core.CaptureScore):
         return float(getattr(found, metric.replace("/", "_")))
     of_metric = {"probability/success": found.success, "probability/any": found.any}
     value: Any = of_metric.get(metric, found)
     return float(value if isinstance(value, float) else value.captured)
 
 
-def _seed(metric: str, settings: SearchSettings, number: int | None) -> int:
-    """Seed of the search of a batch's problem of this number."""
-    common = settings.common_random_numbers and metric in TIMED
-    return settings.seed if number is None or common else stream(settings.seed, number)
-
-
-def metrics_of(problems: Sequence[Problem]) -> tuple[str, ...]:
+def metrics_of(problems: Sequence[core.Problem]) -> tuple[str, ...]:
     """The metrics that every one of the problems has, in the order of METRICS."""
     there = set(METRICS)
     for problem in problems:
@@ -271,7 +217,7 @@ def metrics_of(problems: Sequence[Problem]) -> tuple[str, ...]:
 
 
 def chosen_metrics(
-    problems: Sequence[Problem],
+    problems: Sequence[core.Problem],
     metrics: Sequence[str] | None,
     settings: SearchSettings | None = None,
 ) -> Sequence[str]:
@@ -280,27 +226,23 @@ def chosen_metrics(
     Raises ValueError on an unknown one, or none, and on one that the problems lack, or do not have
     with these settings.
     """
-    strange = [problem for problem in problems if not isinstance(problem, Problem)]
+    strange = [problem for problem in problems if not isinstance(problem, core.Problem)]
     if strange:
         raise ValueError(f"problems has {strange[0]!r}, expected Problems alone")
     there = metrics_of(problems)
     lacking = [metric for metric in metrics or () if metric in METRICS and metric not in there]
     if lacking:
         timed = lacking[0] in TIMED
-        if lacking[0] in (*TIMED, *CLOCKLESS) and any(
-            (problem.horizon is None) == timed for problem in problems
-        ):
+        others = [problem for problem in problems if (problem.horizon is None) == timed]
+        if lacking[0] in (*TIMED, *CLOCKLESS) and others:
             has = "has a" if timed else "is without"
             way = "horizon=..." if timed else "horizon=None, plan=None"
-            raise ValueError(
-                f"metrics has {lacking[0]!r}, but not every problem {has} horizon: "
-                f"problem.replace({way})"
-            )
+            text = f"metrics has {lacking[0]!r}, but not every problem {has} horizon"
+            raise ValueError(f"{text}: problem.replace({way})")
         of_each = " for each object" if lacking[0].endswith(ANY) else ""
         kind = "success" if lacking[0].startswith("success") else "capture"
-        raise ValueError(
-            f"metrics has {lacking[0]!r}, but not every problem has a {kind} set{of_each}"
-        )
+        text = f"metrics has {lacking[0]!r}, but not every problem has a {kind} set{of_each}"
+        raise ValueError(text)
     chosen = there if metrics is None else metrics
     check_metrics(chosen)
     if settings is not None:
@@ -309,7 +251,7 @@ def chosen_metrics(
 
 
 def _require_objects(
-    problems: Iterable[Problem], metrics: Sequence[str], settings: SearchSettings
+    problems: Iterable[core.Problem], metrics: Sequence[str], settings: SearchSettings
 ) -> None:
     """Raises ValueError if a disturbance is to meet more objects than a problem has."""
     if settings.objects is None or not set(metrics) & set(TIMED):
@@ -317,6 +259,5 @@ def _require_objects(
     for problem in problems:
         there = sum(body.role == "object" for body in problem.scene.bodies)
         if settings.objects > there:
-            raise ValueError(
-                f"objects is {settings.objects}, expected from 1 to the scene's {there}"
-            )
+            text = f"objects is {settings.objects}, expected from 1 to the scene's {there}"
+            raise ValueError(text)

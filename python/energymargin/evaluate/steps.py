@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from statistics import NormalDist
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin._core import Cancel, CaptureProbability, Problem
+from energymargin.base.aliases import Floats, Ints
 from energymargin.base.checks import function_or_none, share, whole_number
 from energymargin.base.errors import DivergedError
 from energymargin.base.limits import Limit
@@ -30,19 +30,19 @@ class TriedStep(Record):
 
     step: float
     """[s]"""
-    captured: NDArray[np.float64]
+    captured: Floats
     """Probability of each problem, shape (P,); empty where the step does not fit."""
-    better: NDArray[np.int64]
+    better: Ints
     """Rollouts of each problem that stay captured with this step and not with the finest one."""
-    worse: NDArray[np.int64]
+    worse: Ints
     """Those that stay captured with the finest one alone."""
-    pairs: NDArray[np.int64]
+    pairs: Ints
     """Rollouts of each problem that count, as they diverge with neither step, shape (P,)."""
     refused: str = ""
     """Why it does not fit the problems, as their rollouts diverge with it; empty: it does."""
 
     @property
-    def differences(self) -> NDArray[np.float64]:
+    def differences(self) -> Floats:
         """Probability of each problem less that of the finest step, shape (P,)."""
         return (self.better - self.worse) / self.pairs
 
@@ -54,13 +54,11 @@ class TriedStep(Record):
         """Whether the mean is off by no more, and no problem is by its own interval."""
         if self.refused:
             return False
-        single = map(self._interval_of, range(len(self.better)))
+        counts = zip(self.better, self.worse, self.pairs, strict=True)
+        single = (_interval(*of_problem) for of_problem in counts)
         near = all(low <= error and high >= -error for low, high in single)
         low, high = self.interval()
         return near and -error <= low and high <= error
-
-    def _interval_of(self, problem: int) -> tuple[float, float]:
-        return _interval(self.better[problem], self.worse[problem], self.pairs[problem])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -123,26 +121,19 @@ def longest_step(
     share("error", error)
     whole_number("rollouts", rollouts, 1)
 
-    ask = partial(
-        capture_probability,
-        disturbance=disturbance,
-        rollouts=rollouts,
-        seed=seed,
-        threads=threads,
-        drawn_step=None if callable(disturbance) else next(iter(steps)),
-        warn=False,
-        undisturbed=False,
-        most_diverged=ANY,
-    )
+    drawn_step = None if callable(disturbance) else next(iter(steps))
+    asks: dict[str, Any] = {"rollouts": rollouts, "seed": seed, "threads": threads}
+    asks |= {"disturbance": disturbance, "drawn_step": drawn_step, "most_diverged": ANY}
+    asks |= {"warn": False, "undisturbed": False}
     nothing = np.zeros(len(asked), int)
     done, total = 0, len(asked) * (len(LADDER) + 1)
 
-    def exits(step: float) -> NDArray[np.float64]:
+    def exits(step: float) -> Floats:
         """When each rollout of each problem leaves [s], as `exit_times`, shape (P, rollouts)."""
         nonlocal done
         found: list[CaptureProbability] = []
         for number, each in enumerate(asked):
-            one = ask(each.with_step(step), **limit.rest())
+            one = capture_probability(each.with_step(step), **asks, **limit.rest())
             if not one.complete:
                 limit.require("the steps were compared")
             done, found = done + 1, [*found, one]
@@ -153,7 +144,7 @@ def longest_step(
                 raise DivergedError(subject, one.diverged, rollouts)
         return np.array([one.exit_times for one in found])
 
-    def compared(step: float, found: NDArray[np.float64]) -> TriedStep:
+    def compared(step: float, found: Floats) -> TriedStep:
         counts = ~np.isnan(found) & ~np.isnan(finest)
         kept, finer = counts & np.isinf(found), counts & np.isinf(finest)
         captured = np.isinf(found).sum(1) / (~np.isnan(found)).sum(1)

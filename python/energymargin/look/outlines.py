@@ -10,14 +10,12 @@ from typing import Any
 
 import numpy as np
 from matplotlib.path import Path
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull as Hull, QhullError
 from scipy.spatial.transform import Rotation
 
 from energymargin._core import Plane, Scene
+from energymargin.base.aliases import Floats
 from energymargin.model.scenes import body_poses, shape_parts
-
-Floats = NDArray[np.float64]
 
 AXES = ("x", "y", "z")
 ACROSS = (("y", "z"), ("x", "z"), ("x", "y"))  # the planes across x, y and z
@@ -50,11 +48,10 @@ def outlines_of(shape: Any, pose: Pose, plane: Plan) -> list[Floats]:
 
 def spring_ends(scene: Scene, poses: Mapping[str, Pose]) -> Floats:
     """Where the springs are fastened [m], shape (N, 2, 3)."""
-    ends = [
-        placed(np.array([point]), poses[body], AXES)
-        for spring in scene.springs
-        for body, point in ((spring.body_a, spring.point_a), (spring.body_b, spring.point_b))
-    ]
+    ends = []
+    for spring in scene.springs:
+        ends.append(placed(np.array([spring.point_a]), poses[spring.body_a], AXES))
+        ends.append(placed(np.array([spring.point_b]), poses[spring.body_b], AXES))
     return np.reshape(ends, (-1, 2, 3))
 
 
@@ -147,17 +144,12 @@ def _corners(
     scene: Scene, state: Floats, axes: Sequence[str], names: Collection[str]
 ) -> dict[str, Floats]:
     """Those of some bodies in a state, and their centres, along k axes; shapes (N, k)."""
-    poses = body_poses(scene, state)
-    return {
-        body.name: np.concatenate(
-            [
-                placed(points, poses[body.name], axes)
-                for points in (np.zeros((1, 3)), *shape_parts(body.shape))
-            ]
-        )
-        for body in scene.bodies
-        if body.name in names and not isinstance(body.shape, Plane)
-    }
+    poses, corners = body_poses(scene, state), {}
+    for body in scene.bodies:
+        if body.name in names and not isinstance(body.shape, Plane):
+            points = np.concatenate([np.zeros((1, 3)), *shape_parts(body.shape)])
+            corners[body.name] = placed(points, poses[body.name], axes)
+    return corners
 
 
 def _outline(points: Floats) -> Floats:

@@ -25,7 +25,7 @@ from energymargin._core import capture_score, escape_effort
 from energymargin.base.checks import positive_number, whole_number
 from energymargin.base.table_text import DASH, csv_text, markdown_table, short
 from energymargin.datasets import Dataset
-from energymargin.evaluate.executors.threads import Threads
+from energymargin.evaluate.executors.choice import Threads
 from energymargin.evaluate.searches import SearchSettings
 from energymargin.records.evaluation.table import csv_fields
 from energymargin.store import ScoreStore, add_scores, score_dataset

@@ -11,9 +11,7 @@ from typing import Annotated
 from cyclopts import App, Parameter
 from rich.markup import escape
 
-from energymargin.cli.places import require_free
-from energymargin.cli.progress import progress_bar
-from energymargin.cli.terminal import err, say
+from energymargin.cli.terminal import progress_bar, require_free, say
 
 __all__ = ["app"]
 
@@ -45,7 +43,7 @@ def import_published(
     for part in parts:
         require_free(output / f"{part}.h5", overwrite=overwrite)
     states = left_out = 0
-    with progress_bar(err, "Reading", "parts") as progress:
+    with progress_bar("Reading", "parts") as progress:
         progress(0, len(parts))
         for done, part in enumerate(parts, 1):
             dataset = authors.dataset(data, part)

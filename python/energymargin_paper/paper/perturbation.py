@@ -20,7 +20,7 @@ from energymargin import tasks
 from energymargin.base.checks import whole_number
 from energymargin.base.table_text import csv_text, markdown_table
 from energymargin.datasets import Dataset
-from energymargin.evaluate.executors.threads import Threads
+from energymargin.evaluate.executors.choice import Threads
 from energymargin.evaluate.searches import SearchSettings
 from energymargin.evaluation import LabelledScores, evaluate
 from energymargin.records.evaluation.labelled import HORIZON, captured_labels

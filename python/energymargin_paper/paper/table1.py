@@ -20,10 +20,9 @@ from energymargin._core import Problem
 from energymargin.base.checks import whole_number
 from energymargin.base.table_text import DASH, csv_text, markdown_table, short
 from energymargin.cli.options import PICTURE_NODES
-from energymargin.cli.progress import share_bar
-from energymargin.cli.terminal import err, out
+from energymargin.cli.terminal import out, share_bar
 from energymargin.datasets import Dataset
-from energymargin.evaluate.executors.threads import Threads
+from energymargin.evaluate.executors.choice import Threads
 from energymargin.evaluate.searches import SearchSettings
 from energymargin.evaluation import Cell, Evaluation, LabelledScores, evaluate
 from energymargin.records.evaluation.labelled import HORIZONS, SUCCESS, compared_states
@@ -338,7 +337,7 @@ class Table1Study(Study[Settings, Table1]):
 
     def bar(self) -> AbstractContextManager[Progress]:
         """A bar of what is being done, and the share that is done of all."""
-        return share_bar(err)
+        return share_bar()
 
     def compute(self, settings: Settings, folder: Path, threads: int, progress: Progress) -> Table1:
         """Computes what is not in the folder; `progress(what, share)`. Raises ValueError on a
@@ -369,7 +368,7 @@ class Table1Study(Study[Settings, Table1]):
 
     def figures(self, result: Table1) -> Iterator[tuple[str, Figure]]:
         """Search trees of each task."""
-        from energymargin.look.plots.datasets import figure_trees
+        from energymargin.look.plots.trajectories import figure_trees
 
         for name in result.settings.tasks:
             dataset = datasets.load(result.folder / f"{name}.h5")

@@ -20,7 +20,7 @@ from energymargin import recordings, tasks
 from energymargin._core import capture_score, stream
 from energymargin.base.table_text import csv_text, markdown_table, short
 from energymargin.datasets import Dataset
-from energymargin.evaluate.executors.threads import Threads
+from energymargin.evaluate.executors.choice import Threads
 from energymargin.evaluate.searches import SearchSettings
 from energymargin.evaluation import Cell, Evaluation, LabelledScores, evaluate
 from energymargin.model.scenes.files import data_file

@@ -13,7 +13,7 @@ from energymargin.base.interrupts import (
     interrupted,
     remembered_interrupts,
 )
-from energymargin.cli.progress import progress_bar, share_bar
+from energymargin.cli.terminal import progress_bar, share_bar
 
 
 class Terminal(io.StringIO):
@@ -50,7 +50,7 @@ def test_a_delayed_ctrl_c_is_given_to_whoever_holds_it():
         assert interrupted.is_set()
 
 
-@pytest.mark.parametrize("bar", [lambda c: progress_bar(c, "Counting", "sheep"), share_bar])
+@pytest.mark.parametrize("bar", [lambda c: progress_bar("Counting", "sheep", c), share_bar])
 def test_ctrl_c_when_a_bar_begins_is_ctrl_c_and_the_bar_ends(bar):
     terminal = Terminal()
     console = Console(file=terminal)
@@ -65,7 +65,7 @@ def test_a_swallowed_ctrl_c_is_raised_again_at_the_next_step_of_a_bar():
     with (
         pytest.raises(KeyboardInterrupt),
         remembered_interrupts(),
-        progress_bar(Console(file=io.StringIO()), "Counting", "sheep") as update,
+        progress_bar("Counting", "sheep", Console(file=io.StringIO())) as update,
     ):
         update(1, 3)
         with suppress(KeyboardInterrupt):

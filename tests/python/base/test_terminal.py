@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from energymargin.cli import terminal
-from energymargin.cli.progress import progress_bar
+from energymargin.cli.terminal import progress_bar
 
 EVIL = "\x1b]0;title\x07a\x1b[2J\x9b31m\u202eb\x7f"
 
@@ -47,6 +47,6 @@ def test_new_lines_tabs_and_styles_of_our_own_stay(monkeypatch):
 
 def test_titles_of_bars_are_plain_text(shown):
     console = Console(file=shown)
-    with progress_bar(console, f"Decomposing {EVIL}", "meshes") as update:
+    with progress_bar(f"Decomposing {EVIL}", "meshes", console) as update:
         update(1, 1)
     assert not set(names(shown.getvalue())) & set("\x1b\x07\x9b\u202e\x7f")

@@ -61,7 +61,7 @@ def test_evaluate_takes_horizons_draws_and_files_by_their_suffix(folder):
     assert done.returncode == 0, done.stderr
     lines = (folder / "h.csv").read_text().splitlines()[1:]
     assert {line.split(",")[2] for line in lines} == {"1", "3", ""}
-    refused(run("evaluate", "few.db", "-o", "h.txt", cwd=folder), "h.txt", ".md or .csv")
+    refused(run("evaluate", "few.db", "-o", "h.txt", cwd=folder), "h.txt", ".csv or .md")
     refused(run("evaluate", "few.db", "--draws", 0, cwd=folder), "draws is 0")
     refused(run("evaluate", "few.db", "--frames", -1, cwd=folder), "frames is -1")
 

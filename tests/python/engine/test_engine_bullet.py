@@ -275,7 +275,7 @@ def test_every_verb_has_the_same_bits_again_on_threads(problems, name):
 @pytest.mark.parametrize("name", ["push", "scoop", "push-multi"])
 def test_the_viewer_s_way_out_ends_where_the_tree_does(problems, name):
     pytest.importorskip("skimage")
-    from energymargin.look.viewer.search import replay
+    from energymargin.look.viewer.sources import replay
 
     problem = problems[name].replace(horizon=None, plan=None)
     escape = em.escape_effort(problem, nodes=60, seed=1, warn=False)

@@ -453,7 +453,6 @@ def test_by_default_it_asks_ahead_beside_the_paper_s_scores_and_says_which_state
     assert em.datasets.usual_future(datasets.load(folder / "topple.h5")) == Future(3, "script")
     assert set(scores(folder / "all.db", 1)) == {"probability", "effort"}
     assert set(scores(folder / "all.db", 2)) == PAPER
-    assert "states captured now the least likely to stay is trajectory" in done.stderr
     table = " ".join(done.stdout.split())
     assert "of 8 states count" in table and "with fewer than 3 frames left" in table
     for words in ("probability", "capture", "effort", "effort/est", "force"):

@@ -393,7 +393,7 @@ def test_a_picture_has_the_closed_hand_above_the_object_from_two_sides(scores, n
     assert inner == pytest.approx(0.025 if name == "middle" else 0.0, abs=2e-3)
     title = {"beside": "the hand does not close on the object", "middle": "gripped"}[name]
     assert figure.get_suptitle().startswith(f"{name}: {title}")
-    with pytest.raises(ValueError, match="number is 3, expected 0 to 2"):
+    with pytest.raises(ValueError, match="number is 3, expected a whole number from 0 to 2"):
         em.plots.figure_grasp(scores, 3)
 
 

@@ -63,6 +63,8 @@ def test_a_score_imports_no_heavy_package_and_few_modules_of_our_own():
     assert heavy == []
     assert {name for name in ours if not name.startswith("energymargin._core")} == {
         "energymargin.base",
+        "energymargin.base.aliases",
+        "energymargin.base.bars",
         "energymargin.base.calls",
         "energymargin.base.checks",
         "energymargin.base.doors",

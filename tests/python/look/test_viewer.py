@@ -14,10 +14,9 @@ from scipy.spatial.transform import Rotation
 import energymargin as em
 from energymargin.evaluate.searches import SearchSettings
 from energymargin.look.viewer import Page, view
-from energymargin.look.viewer.search import replay, score_state
 from energymargin.look.viewer.sets import View, region_surface, view_around
 from energymargin.look.viewer.shots import MOST_POINTS, one_a_spot, shape_surface
-from energymargin.look.viewer.sources import first_frame, source_of
+from energymargin.look.viewer.sources import first_frame, replay, score_state, source_of
 
 TASKS = ("balance", "grasp", "push", "push-multi", "push-real", "scoop", "topple")
 

@@ -13,8 +13,7 @@ from energymargin.datasets import Future
 from energymargin.evaluate.futures import undisturbed
 from energymargin.evaluate.searches import SearchSettings
 from energymargin.look.viewer import view
-from energymargin.look.viewer.search import replay, score_state
-from energymargin.look.viewer.sources import stored_scores
+from energymargin.look.viewer.sources import replay, score_state, stored_scores
 from energymargin.look.viewer.texts import NAMES, escape_text, future_text, score_table
 from energymargin.store import score_dataset
 
@@ -138,7 +137,7 @@ def test_the_text_names_horizon_plan_and_exit():
         "at least 0.05 s",
         "velocities",
         "of pusher",
-        f"undisturbed it leaves at {future.exit:.2f} s",
+        f"undisturbed it leaves at {future.exit:.3g} s",
     ):
         assert words in text
     assert "undisturbed it stays captured" in future_text(resting(), undisturbed(resting()))

@@ -1,5 +1,6 @@
 """How far a decomposition is: for Python, and as a bar that commands draw."""
 
+import functools
 import io
 
 import pytest
@@ -10,7 +11,7 @@ from urdf_files import INERTIAL, built, chain, joint, link
 import energymargin as em
 from energymargin.base.bars import bar, bars_by
 from energymargin.cli import application
-from energymargin.cli.progress import progress_bar
+from energymargin.cli.terminal import progress_bar
 from energymargin.model.meshes import convex, mesh
 
 
@@ -81,8 +82,8 @@ def test_within_another_bar_it_is_a_row_until_its_end(tmp_path):
     file, text = angle(tmp_path), io.StringIO()
     console = Console(file=text, force_terminal=True, width=100)
     with (
-        bars_by(lambda title, unit: progress_bar(console, title, unit)),
-        progress_bar(console, "Reading", "files") as update,
+        bars_by(lambda title, unit: progress_bar(title, unit, console)),
+        progress_bar("Reading", "files", console) as update,
     ):
         update(0, 1)
         mesh(file)
@@ -102,7 +103,9 @@ def test_a_command_draws_a_bar_for_a_mesh_that_is_decomposed_and_for_no_other(
     tmp_path, monkeypatch
 ):
     text, file = io.StringIO(), angle(tmp_path)
-    monkeypatch.setattr(application, "err", Console(file=text, force_terminal=True, width=100))
+    console = Console(file=text, force_terminal=True, width=100)
+    drawn_there = functools.partial(progress_bar, console=console)
+    monkeypatch.setattr(application.terminal, "progress_bar", drawn_there)
 
     @application.app.command(name="angle", show=False)
     def command() -> None:

@@ -14,7 +14,7 @@ import energymargin as em
 from energymargin import report
 from energymargin.beliefs import Uncertainty
 from energymargin.evaluate.belief_scoring import BeliefWork, Sharing, particle_chunk
-from energymargin.evaluate.executors import threads
+from energymargin.evaluate.executors import choice
 from energymargin.evaluate.executors.rows import Work
 from energymargin.look.report.subject import read_subject
 from energymargin.look.viewer.sources import stored_scores
@@ -89,7 +89,7 @@ def test_a_run_without_a_belief_and_one_with_another_stand_beside_it(dataset, pa
 
 def test_it_goes_on_from_a_stop_to_the_same_bits(dataset, path, tmp_path, monkeypatch):
     # Chunks of so little work that not all particles are on their way when two states are done.
-    monkeypatch.setattr(threads._ThreadWorkers, "seconds", 0.0)
+    monkeypatch.setattr(choice._ThreadWorkers, "seconds", 0.0)
     cancel, other = em.Cancel(), tmp_path / "other.db"
 
     def stop(done, _total):

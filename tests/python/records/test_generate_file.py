@@ -151,15 +151,6 @@ def test_parts_of_another_dataset_are_not_mixed_in_but_kept(tmp_path):
     assert generate(path, trajectories=6) == 6
 
 
-def test_a_folder_of_parts_of_an_older_version_is_refused_with_what_to_do(tmp_path):
-    path = tmp_path / "topple.h5"
-    parts_of(path).mkdir()
-    with pytest.raises(ValueError, match=r"topple\.h5\.parts is a folder .* remove it"):
-        generate(path, trajectories=3)
-    parts_of(path).rmdir()
-    assert generate(path, trajectories=3) == 3
-
-
 def test_of_two_runs_at_once_the_second_is_refused(tmp_path):
     with (
         Parts(tmp_path / "topple.h5", Request.of(tasks.make("topple"), 10, seed=4)),

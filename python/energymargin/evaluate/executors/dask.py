@@ -41,9 +41,8 @@ class Dask:
     def __post_init__(self) -> None:
         """Raises ValueError on a string that is no address."""
         if isinstance(self.scheduler, str) and not re.search(r"[\w\]]:\d+$", self.scheduler):
-            raise ValueError(
-                f"scheduler is {self.scheduler!r}, expected an address such as tcp://127.0.0.1:8786"
-            )
+            expected = "expected an address such as tcp://127.0.0.1:8786"
+            raise ValueError(f"scheduler is {self.scheduler!r}, {expected}")
 
     def workers(self) -> RemoteWorkers:
         """As Executor.workers. Raises ConnectionError if there is no scheduler."""
@@ -103,10 +102,8 @@ class _DaskWorkers(RemoteWorkers):
         if isinstance(error, CancelledError):  # all are, with the scheduler
             return self._away()
         if isinstance(error, ImportError):
-            return RuntimeError(
-                f"the workers of {self._address} cannot run this energymargin: {error}; they need "
-                "the same release of it, and the same Python"
-            )
+            text = f"the workers of {self._address} cannot run this energymargin: {error}"
+            return RuntimeError(f"{text}; they need the same release of it, and the same Python")
         return error
 
     def _away(self) -> ConnectionError:
@@ -119,14 +116,11 @@ class _DaskWorkers(RemoteWorkers):
         """Gives notice of workers that are gone, or of none."""
         before, self._threads = self._threads, threads
         for address in set(before or ()) - set(threads):
-            self._notice(
-                f"the worker {address} is gone, {len(threads)} are left; what it had at hand runs "
-                "elsewhere"
-            )
+            gone = f"the worker {address} is gone, {len(threads)} are left"
+            self._notice(f"{gone}; what it had at hand runs elsewhere")
         if not threads and before != {}:
-            self._notice(
-                f"no workers at {self._address}: waiting for one (`dask worker {self._address}`)"
-            )
+            way = f"waiting for one (`dask worker {self._address}`)"
+            self._notice(f"no workers at {self._address}: {way}")
 
 
 def _connected(scheduler: str | Client) -> Any:  # a Client, whose types say that it may be closed
@@ -136,9 +130,8 @@ def _connected(scheduler: str | Client) -> Any:  # a Client, whose types say tha
         return scheduler
     client = Client.__new__(Client)
     try:
-        Client.__init__(
-            client, scheduler, timeout=CONNECT, set_as_default=False, name="energymargin"
-        )
+        name: Any = {"name": "energymargin", "set_as_default": False}
+        Client.__init__(client, scheduler, timeout=CONNECT, **name)
         return client
     except KeyboardInterrupt:  # left to itself, its end may wait forever for that of another one
         client.close(timeout=CLOSE)

@@ -8,17 +8,15 @@ from dataclasses import dataclass, field, fields
 from itertools import groupby
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from energymargin._core import Cancel, Problem, ScoreRow, ScoreRun
+from energymargin.base.aliases import Floats
 from energymargin.base.metrics import KINDS, METRICS, metric_kind
 from energymargin.base.reprs import Record
 from energymargin.evaluate.divergence import MOST
 from energymargin.evaluate.parallel import POLL
 from energymargin.evaluate.searches import SearchSettings
 
-Curve = tuple[NDArray[np.float64], NDArray[np.float64]]
+Curve = tuple[Floats, Floats]
 """Times [s] and the probability until each, (T,)."""
 
 
@@ -46,7 +44,7 @@ class Row(Record):
     """What speaks against the scores."""
     error: str | None = None
     """What went wrong, or None."""
-    particles: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    particles: Mapping[str, Floats] = field(default_factory=dict)
     """By metric, of a belief alone: the scores of its N particles, shape (N,)."""
 
     @property

@@ -11,6 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+from energymargin.base.aliases import AnyPath
 from energymargin.base.closing import Closing
 from energymargin.base.locks import Lock
 from energymargin.evaluate.searches import algorithm
@@ -29,7 +30,7 @@ class AnswerFile(Closing):
     doing = "scoring into"
     """What the one that has it open with `create` does, as another one is told."""
 
-    def __init__(self, path: str | os.PathLike[str], *, create: bool = False) -> None:
+    def __init__(self, path: AnyPath, *, create: bool = False) -> None:
         """Opens a file; with `create` to put scores in, and makes it if there is none.
 
         Raises FileNotFoundError if there is
@@ -41,14 +42,13 @@ class AnswerFile(Closing):
         self._absolute = Path(os.path.abspath(path))  # the process may change its folder
         self._may_have_written = False
         self._lock: Lock | None = None
-        if not self.path.exists():
-            if not create:
-                raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(self.path))
-            if not self.path.parent.is_dir():
-                raise FileNotFoundError(errno.ENOENT, "no such folder", str(self.path.parent))
+        is_new = not self.path.exists()
+        if is_new and not create:
+            raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(self.path))
+        if not self.path.parent.is_dir():
+            raise FileNotFoundError(errno.ENOENT, "no such folder", str(self.path.parent))
         if self.path.is_dir():
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(self.path))
-        is_new = not self.path.exists()
         with self._named():
             self.database = sqlite3.connect(self.path, timeout=WAIT, isolation_level=None)
         try:
@@ -98,25 +98,20 @@ class AnswerFile(Closing):
 
     def answer(self, question: bytes, first: int = 0) -> bytes | None:
         """What was kept of a question's draws from `first` on; None if it is not there."""
-        row = self.database.execute(
-            "SELECT content FROM answers WHERE question = ? AND first = ?", (question, first)
-        ).fetchone()
+        asked = "SELECT content FROM answers WHERE question = ? AND first = ?"
+        row = self.database.execute(asked, (question, first)).fetchone()
         return None if row is None else bytes(row[0])
 
     def spans(self, question: bytes) -> list[tuple[int, int]]:
         """Which draws of a question have answers, rising: the first, and the one after the last."""
-        rows = self.database.execute(
-            "SELECT first, first + many FROM answers WHERE question = ? ORDER BY first", (question,)
-        )
-        return rows.fetchall()
+        asked = "SELECT first, first + many FROM answers WHERE question = ? ORDER BY first"
+        return self.database.execute(asked, (question,)).fetchall()
 
     def keep(self, question: bytes, content: bytes, first: int = 0, many: int = 1) -> None:
         """Keeps what came of so many draws. Errors: as `transaction`."""
         with self.transaction():
-            self.database.execute(
-                "INSERT OR REPLACE INTO answers VALUES (?, ?, ?, ?)",
-                (question, first, many, content),
-            )
+            row = (question, first, many, content)
+            self.database.execute("INSERT OR REPLACE INTO answers VALUES (?, ?, ?, ?)", row)
 
     def value(self, question: str) -> Any:
         """What a question with one answer gives."""
@@ -125,14 +120,10 @@ class AnswerFile(Closing):
     def number_of(self, table: str, **key: Any) -> int:
         """The number of the row with this key, which is inserted if it is not there."""
         names, marks = ", ".join(key), ", ".join("?" * len(key))
-        values = tuple(key.values())
-        self.database.execute(
-            f"INSERT INTO {table} ({names}) VALUES ({marks}) ON CONFLICT DO NOTHING", values
-        )
-        (number,) = self.database.execute(
-            f"SELECT id FROM {table} WHERE ({names}) = ({marks})", values
-        ).fetchone()
-        return int(number)
+        insert = f"INSERT INTO {table} ({names}) VALUES ({marks}) ON CONFLICT DO NOTHING"
+        select = f"SELECT id FROM {table} WHERE ({names}) = ({marks})"
+        self.database.execute(insert, tuple(key.values()))
+        return int(self.database.execute(select, tuple(key.values())).fetchone()[0])
 
     def require_in_place(self) -> None:
         """Raises FileNotFoundError if the file was renamed or removed since it was opened. A file
@@ -204,30 +195,23 @@ class AnswerFile(Closing):
 
     def _check_format(self) -> None:
         if self.value("PRAGMA application_id") != schema.APPLICATION_ID:
-            raise ValueError(
-                f"{self.path} is not a file of scores: it is empty, or an SQLite file of something "
-                "else"
-            )
+            what = "it is empty, or an SQLite file of something else"
+            raise ValueError(f"{self.path} is not a file of scores: {what}")
         version = self.value("PRAGMA user_version")
         if version != schema.VERSION:
             way = "update it" if version > schema.VERSION else "give another name, and score again"
-            raise ValueError(
-                f"{self.path} has version {version} of the scores' format, and this energymargin "
-                f"reads version {schema.VERSION}: {way}"
-            )
+            text = f"{self.path} has version {version} of the scores' format"
+            raise ValueError(f"{text}, and this energymargin reads version {schema.VERSION}: {way}")
         small = self._is_smaller_than(CHECKED)
         if small and (state := self.value("PRAGMA quick_check(1)")) != "ok":
             raise ValueError(f"{self.path} is damaged: {' '.join(state.split())}")
         if self._is_smaller_than(SUMMED) and not self._has_its_checksum():
-            raise ValueError(
-                f"{self.path} is damaged, as its checksum says: take a copy of it from elsewhere, "
-                "or remove it; if it was changed on purpose, DELETE FROM checksum in SQLite takes "
-                "it"
-            )
+            text = f"{self.path} is damaged, as its checksum says"
+            text += ": take a copy of it from elsewhere, or remove it; if it was changed on purpose"
+            raise ValueError(f"{text}, DELETE FROM checksum in SQLite takes it")
         if not schema.has_its_tables(self.database):
-            raise ValueError(
-                f"{self.path} is damaged: its tables are not those of a file of scores"
-            )
+            text = f"{self.path} is damaged: its tables are not those of a file of scores"
+            raise ValueError(text)
 
     def _has_its_checksum(self) -> bool:
         self.database.execute("BEGIN")  # a snapshot, whatever others write meanwhile

@@ -39,7 +39,9 @@ VERSION = 8
 
 NO_FUTURE = "null"  # as JSON
 
-_TABLES = """
+_ANSWERED = """problem INTEGER NOT NULL REFERENCES problems, stream INTEGER NOT NULL,
+    question INTEGER NOT NULL REFERENCES questions, {}, PRIMARY KEY (problem, stream, question)"""
+_TABLES = f"""
 CREATE TABLE datasets (
     id INTEGER PRIMARY KEY, digest TEXT UNIQUE, task TEXT NOT NULL, parameters TEXT,
     states INTEGER NOT NULL
@@ -63,20 +65,10 @@ CREATE TABLE questions (
     UNIQUE (metric, settings, algorithm)
 );
 CREATE TABLE scores (
-    problem INTEGER NOT NULL REFERENCES problems, stream INTEGER NOT NULL,
-    question INTEGER NOT NULL REFERENCES questions, value REAL NOT NULL, seconds REAL NOT NULL,
-    PRIMARY KEY (problem, stream, question)
+    {_ANSWERED.format("value REAL NOT NULL, seconds REAL NOT NULL")}
 ) WITHOUT ROWID;
-CREATE TABLE curves (
-    problem INTEGER NOT NULL REFERENCES problems, stream INTEGER NOT NULL,
-    question INTEGER NOT NULL REFERENCES questions, times BLOB NOT NULL, curve BLOB NOT NULL,
-    PRIMARY KEY (problem, stream, question)
-);
-CREATE TABLE particles (
-    problem INTEGER NOT NULL REFERENCES problems, stream INTEGER NOT NULL,
-    question INTEGER NOT NULL REFERENCES questions, scores BLOB NOT NULL,
-    PRIMARY KEY (problem, stream, question)
-);
+CREATE TABLE curves ({_ANSWERED.format("times BLOB NOT NULL, curve BLOB NOT NULL")});
+CREATE TABLE particles ({_ANSWERED.format("scores BLOB NOT NULL")});
 CREATE TABLE runs (
     id INTEGER PRIMARY KEY, dataset INTEGER NOT NULL REFERENCES datasets,
     future INTEGER NOT NULL REFERENCES futures, settings TEXT NOT NULL

@@ -15,10 +15,12 @@ with needs_extra("a picture", "plots"):
 from energymargin.look.plots.actions import (
     figure_improvement,
     figure_margin_profile,
+    plot_critical_curve,
+    plot_critical_value,
+    plot_critical_values,
     plot_margin_profile,
     plot_ranking,
 )
-from energymargin.look.plots.beliefs import figure_belief
 from energymargin.look.plots.companions import (
     figure_grasp,
     figure_resting_poses,
@@ -26,13 +28,8 @@ from energymargin.look.plots.companions import (
     plot_resting_pose,
 )
 from energymargin.look.plots.curves import plot_precision_recall, plot_roc
-from energymargin.look.plots.datasets import figure_along, figure_trees
-from energymargin.look.plots.limits import (
-    plot_critical_curve,
-    plot_critical_value,
-    plot_critical_values,
-)
 from energymargin.look.plots.results import (
+    figure_belief,
     figure_engines,
     plot_effort,
     plot_future,
@@ -42,7 +39,9 @@ from energymargin.look.plots.states import plot_state, state_legend
 from energymargin.look.plots.styles import CAPTURED_COLOR, LOST_COLOR, SUCCEEDED_COLOR
 from energymargin.look.plots.trajectories import (
     TrajectoryScores,
+    figure_along,
     figure_scores,
+    figure_trees,
     plot_scores,
     trajectory_scores,
 )

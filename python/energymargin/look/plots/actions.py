@@ -1,5 +1,6 @@
-"""Rankings of candidates, how a plan was improved, and the margin along a plan: probability and
-effort at each moment, the weakest one marked."""
+"""Choices: rankings of candidates, how a plan was improved, the margin along a plan with its
+weakest moment; and how much it can take: where it holds, margins of several quantities, a line in a
+plane."""
 
 from __future__ import annotations
 
@@ -9,12 +10,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
 from energymargin.act.candidates import Standing
+from energymargin.act.critical import CriticalValue
 from energymargin.act.improvement import Improvement
+from energymargin.act.limits import CriticalCurve, CriticalValues
 from energymargin.act.profile import EFFORT, MarginProfile
+from energymargin.act.quantities import Scale
 from energymargin.act.ranking import Ranking
+from energymargin.base.aliases import Floats
 from energymargin.base.metrics import KINDS, axis_label, is_likelihood, value_text, with_unit
 from energymargin.look.plots import styles
 
@@ -40,10 +44,8 @@ def plot_ranking(ranking: Ranking, ax: Axes | None = None) -> Axes:
     lines = [line for name in names for line in name.split("\n")]
     width = 4.2 + LETTER * max(map(len, lines))
     ax = styles.axes_or_new(ax, width, 1.5 + LINE * len(lines) + BETWEEN * len(names))
-    colors = [
-        BEST if row == 0 else ALIKE if standing.name in ranking.confidence_set else WORSE
-        for row, standing in enumerate(ranking)
-    ]
+    colors = [ALIKE if one.name in ranking.confidence_set else WORSE for one in ranking]
+    colors[0] = BEST
     edge = _scale(ax, ranking)
     for row, (standing, color) in enumerate(zip(ranking, colors, strict=True)):
         _draw_standing(ax, row, standing, color, edge)
@@ -77,9 +79,8 @@ def _scale(ax: Axes, ranking: Ranking) -> float:
     if is_likelihood(ranking.metric):
         ax.set_xlim(-0.02, 1.02)
         return 1.0
-    edge, _ = styles.room_for_infinity(
-        ax.xaxis, np.array([(s.low, s.score, s.high) for s in ranking]).ravel()
-    )
+    values = np.array([(s.low, s.score, s.high) for s in ranking]).ravel()
+    edge, _ = styles.room_for_infinity(ax.xaxis, values)
     return np.inf if np.isnan(edge) else edge
 
 
@@ -90,13 +91,8 @@ def _draw_standing(ax: Axes, row: int, standing: Standing, color: str, edge: flo
     if np.isposinf(standing.high):
         ax.plot(high, row, ">", color=color, markersize=4)
     endless = np.isposinf(standing.score)
-    ax.plot(
-        *(score, row, ">" if endless else "o"),
-        color=color,
-        markerfacecolor=fill,
-        markersize=7 if endless else 5,
-        zorder=3,
-    )
+    mark: dict[str, Any] = {"marker": ">", "markersize": 7} if endless else {"marker": "o"}
+    ax.plot(score, row, color=color, markerfacecolor=fill, zorder=3, **{"markersize": 5, **mark})
 
 
 def _explain(ax: Axes, ranking: Ranking, colors: list[str]) -> None:
@@ -165,7 +161,7 @@ def _count_generations(ax: Axes, count: int) -> None:
     styles.light_grid(ax)
 
 
-def _median(scores: NDArray[np.float64]) -> float:
+def _median(scores: Floats) -> float:
     """Median of the scores that are not NaN; NaN if there is none."""
     there = scores[~np.isnan(scores)]
     return float(np.median(there)) if len(there) else np.nan
@@ -190,14 +186,10 @@ def plot_margin_profile(profile: MarginProfile, *, ax: Axes | None = None) -> Ax
 def figure_margin_profile(profile: MarginProfile) -> Figure:
     """`plot_margin_profile`, and the efforts below it, if they were asked for."""
     efforts = not np.isnan(profile.efforts).all()
-    height = HEIGHT + OF_EFFORTS * efforts
-    figure = Figure(figsize=(WIDTH, height), dpi=150, layout="constrained")
-    axes = figure.subplots(
-        *(1 + efforts, 1),
-        sharex=True,
-        squeeze=False,
-        height_ratios=(HEIGHT, OF_EFFORTS)[: 1 + efforts],
-    )[:, 0]
+    heights = (HEIGHT, OF_EFFORTS)[: 1 + efforts]
+    figure = Figure(figsize=(WIDTH, sum(heights)), dpi=150, layout="constrained")
+    grid: dict[str, Any] = {"sharex": True, "squeeze": False, "height_ratios": heights}
+    axes = figure.subplots(len(heights), 1, **grid)[:, 0]
     plot_margin_profile(profile, ax=axes[0])
     if efforts:
         axes[0].set_xlabel("")
@@ -234,3 +226,127 @@ def _ahead(profile: MarginProfile) -> str:
     if len(profile) > 1 and np.ptp(profile.ahead) > 0:
         return "the rest of the plan"
     return f"{profile.ahead[0]:.3g} s"
+
+
+TIGHTEST, OTHERS = "tab:orange", "tab:blue"
+BAR = 0.42  # inch, of a quantity
+WITHOUT = {"everywhere": "holds in the whole range", "nowhere": "does not hold in the range"}
+"""What is said of a quantity without a crossing."""
+
+
+def plot_critical_value(limit: CriticalValue, *, ax: Axes | None = None) -> Axes:
+    """The probability at the values that were tried, between what it can be by what is known, and
+    each crossing with its interval.
+
+    Returns `ax`, or the axes of a new figure. Raises ValueError on another thing than a
+    CriticalValue.
+    """
+    values, low, high = limit.outcomes.T
+    ax = styles.axes_or_new(ax, 6.0, 3.2)
+    band: dict[str, Any] = {"facecolor": (styles.CAPTURED_COLOR, 0.35), "linewidth": 1.2}
+    band["edgecolor"] = styles.CAPTURED_COLOR
+    ax.fill_between(values, low, high, label="share of the draws that hold", **band)
+    ax.axhline(limit.probability, color="0.4", linewidth=0.8, linestyle=":")
+    for k, (value, first, last, side) in enumerate(limit.crossings):
+        ax.axvspan(first, last, color="0.5", alpha=0.3, linewidth=0)
+        name = f"holds {side} {_with_unit(value, limit.unit)}"
+        ax.axvline(value, color=f"C{k}", linewidth=1.2, label=name)
+    ax.set(xlabel=_axis(limit.quantity, limit.unit), ylabel="probability", ylim=(-0.05, 1.05))
+    ax.set_xlim(*limit.range)
+    _by_ratio(ax, "x", limit.range)
+    styles.light_grid(ax)
+    styles.draw_legend(ax)
+    return ax
+
+
+def plot_critical_values(limits: CriticalValues, *, ax: Axes | None = None) -> Axes:
+    """A tornado: how far each quantity's nominal value is from where it fails, as a share of
+    itself, the tightest one on top; the interval is a thin line.
+
+    A quantity that holds in the whole range that was asked is a pale bar from edge to edge. Returns
+    `ax`, or the axes of a new figure. Raises ValueError on another thing than CriticalValues.
+    """
+    order = np.argsort(limits.margins, kind="stable")  # those that are not known at the end
+    every = list(zip(limits, limits.nominals, limits.margins, strict=True))
+    rows = [every[k] for k in order]
+    ax = styles.axes_or_new(ax, 6.4, 1.2 + BAR * len(limits))
+    marks = [_marks(one, nominal) for one, nominal, _ in rows]
+    edge = 1.15 * max([1e-3, *(abs(share) for row in marks for _, *at in row for share in at)])
+    for number, (one, _, _) in enumerate(rows):
+        color = TIGHTEST if one is limits.tightest else OTHERS
+        for value, at, *ends in marks[number]:
+            ax.barh(number, at, height=0.55, color=color, alpha=0.8)
+            ax.plot(ends, [number, number], color="0.15", linewidth=1.4)
+            ax.annotate(_with_unit(value, one.unit), (at, number), **_beside(at))
+        if not one.crossings:
+            if one.side == "everywhere":
+                ax.barh(number, 2 * edge, left=-edge, height=0.55, color=color, alpha=0.15)
+            said = WITHOUT.get(one.side, "not known")
+            ax.annotate(said, (0, number), ha="center", va="center", fontsize=8)
+    ax.axvline(0.0, color="0.2", linewidth=0.9)
+    names = [f"{one.quantity}\nnow {_with_unit(nominal, one.unit)}" for one, nominal, _ in rows]
+    ax.set_yticks(range(len(rows)), names, fontsize=8)
+    ax.set(xlim=(-edge, edge), ylim=(len(rows) - 0.5, -0.5))
+    ax.xaxis.set_major_formatter(lambda share, _: f"{share:+.0%}")
+    ax.set_xlabel(f"change until less than {limits[0].probability:.0%} hold")
+    styles.light_grid(ax)
+    return ax
+
+
+def plot_critical_curve(curve: CriticalCurve, *, ax: Axes | None = None) -> Axes:
+    """The line between held and lost in the plane of two quantities, with its band; where it holds
+    is shaded.
+
+    Returns `ax`, or the axes of a new figure. Raises ValueError on another thing than a
+    CriticalCurve.
+    """
+    one = curve.found[0]
+    ax = styles.axes_or_new(ax, 5.4, 3.8)
+    low, high = curve.band.T
+    kind = f"{curve.confidence:.0%} band"
+    ax.fill_between(curve.values, low, high, color="0.5", alpha=0.4, linewidth=0, label=kind)
+    ax.plot(curve.values, curve.curve, "o-", color="tab:blue", markersize=3, label="critical value")
+    sides = {each.side for each in curve.found} & {"above", "below"}
+    if len(sides) == 1:
+        of, to = one.range if sides == {"above"} else one.range[::-1]
+        held: dict[str, Any] = {"color": styles.CAPTURED_COLOR, "alpha": 0.2, "linewidth": 0}
+        there = [
+            of if each.side == "everywhere" else to if np.isnan(each.value) else each.value
+            for each in curve.found
+        ]
+        ax.fill_between(curve.values, there, to, label=f"{one.probability:.0%} hold", **held)
+    ax.set(xlabel=_axis(curve.quantity, curve.unit), ylabel=_axis(one.quantity, one.unit))
+    ax.set(xlim=(curve.values[0], curve.values[-1]), ylim=one.range)
+    _by_ratio(ax, "x", (curve.values[0], curve.values[-1]))
+    _by_ratio(ax, "y", one.range)
+    styles.light_grid(ax)
+    styles.draw_legend(ax)
+    return ax
+
+
+def _marks(one: CriticalValue, nominal: float) -> list[tuple[float, ...]]:
+    """The value of each crossing, and how far it and the ends of its interval are from the nominal
+    value, as shares of that, or of the range where it is 0."""
+    size = abs(nominal) or one.range[1] - one.range[0]
+    return [(v, *((at - nominal) / size for at in (v, *ends))) for v, *ends, _ in one.crossings]
+
+
+def _beside(at: float) -> dict[str, Any]:
+    """Where the value of a bar is written."""
+    to, side = (4, "left") if at >= 0 else (-4, "right")
+    place = {"xytext": (to, 9), "textcoords": "offset points"}
+    return {**place, "ha": side, "va": "center", "fontsize": 7}
+
+
+def _by_ratio(ax: Axes, axis: str, ends: tuple[float, float]) -> None:
+    """Makes an axis logarithmic if its values were searched by ratios."""
+    if Scale.of(ends).by_ratio:
+        (ax.set_xscale if axis == "x" else ax.set_yscale)("log")
+
+
+def _axis(quantity: str, unit: str) -> str:
+    return f"{quantity} [{unit}]" if unit else quantity
+
+
+def _with_unit(value: float, unit: str) -> str:
+    return f"{value:.3g} {unit}".rstrip()

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from energymargin._core import Scene
+from energymargin.base.aliases import Floats
 from energymargin.base.checks import whole_number
 from energymargin.grasps.outcomes import NO_GRIP, Closed
 from energymargin.grasps.scores import GraspScores, grasp_of
@@ -43,14 +43,14 @@ def plot_grasps(scores: GraspScores, ax: Axes | None = None) -> Axes:
     axes = styles.axes_or_new(ax, *SIZE)
     ranks, values = np.arange(1, len(scored) + 1), scores.probabilities[scored]
     low, high = scores.interval()[scored].T
-    kinds = np.array([_kind(label) for label in scores.grasps.labels[scored]])
+    labels = scores.grasps.labels[scored]
+    kinds = np.where(np.isnan(labels), "", np.where(labels >= 0.5, "held", "lost"))
     size = float(np.clip(160 / max(len(scored), 1), 2.0, 6.0))
     for kind, (words, color, marker) in KINDS.items():
         own = kinds == kind
         if own.any():
-            axes.vlines(
-                ranks[own], low[own], high[own], color=color, alpha=0.35, linewidth=size / 3
-            )
+            bar: dict[str, Any] = {"color": color, "alpha": 0.35, "linewidth": size / 3}
+            axes.vlines(ranks[own], low[own], high[own], **bar)
             look: dict[str, Any] = {"color": color, "marker": marker, "markersize": size}
             axes.plot(ranks[own], values[own], linestyle="", label=words, **look)
     axes.set(xlim=(0.5, max(len(scored), 1) + 0.5), ylim=(-0.03, 1.03))
@@ -73,8 +73,7 @@ def figure_grasp(scores: GraspScores, number: int) -> Figure:
     inside of what it is in. Raises ValueError on another thing than GraspScores, or no number of a
     grasp.
     """
-    if whole_number("number", number, 0) >= len(scores.grasps):
-        raise ValueError(f"number is {number}, expected 0 to {len(scores.grasps) - 1}")
+    whole_number("number", number, 0, len(scores.grasps) - 1)
     trials, grasp = scores.trials, grasp_of(scores.grasps, number)
     draw = trials.draw(-1)
     closed, (scene, _) = trials.grip(grasp, draw), trials.scene(grasp.opening, draw, gravity=False)
@@ -101,7 +100,7 @@ def figure_grasp(scores: GraspScores, number: int) -> Figure:
     return figure
 
 
-def _turned(scene: Scene, closed: Closed, table: bool) -> NDArray[np.float64]:
+def _turned(scene: Scene, closed: Closed, table: bool) -> Floats:
     """The state seen from the hand; with a table about the vertical alone."""
     hand = closed.hand
     place = scene.unpack(closed.state)[hand.base]
@@ -121,18 +120,13 @@ def _turned(scene: Scene, closed: Closed, table: bool) -> NDArray[np.float64]:
     return turned
 
 
-def _kind(label: float) -> str:
-    return "" if np.isnan(label) else "held" if label >= 0.5 else "lost"
-
-
 def plot_resting_pose(poses: RestingPoses, number: int = 0, ax: Axes | None = None) -> Axes:
     """A pose from the side along which it topples most easily, with its probability.
 
     Returns `ax`, or the axes of a new figure. Raises ValueError on another thing than RestingPoses,
     or no number of a pose.
     """
-    if whole_number("number", number, 0) >= len(poses.poses):
-        raise ValueError(f"number is {number}, expected below {len(poses)}, the number of poses")
+    whole_number("number", number, 0, len(poses) - 1)
     ax = styles.axes_or_new(ax, 3.2, 2.8)
     one = poses[number]
     scene = Scene()

@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
+from energymargin.base.aliases import Floats
 from energymargin.base.metrics import ANY, axis_label, is_likelihood
 from energymargin.base.table_text import short
 from energymargin.look.plots import styles
@@ -107,23 +107,16 @@ def plot_distribution(one: curves.Wrongness, ax: Axes) -> None:
     first and the last bin.
     """
     scores, labels = one.compared.scores, one.compared.labels
-    finite = scores[np.isfinite(scores)]
-    edges = np.linspace(*_range(one.metric, finite), BINS + 1)
+    edges = np.linspace(*_range(one.metric, scores[np.isfinite(scores)]), BINS + 1)
     width = edges[1] - edges[0]
+    places = np.append(edges[:-1] + width / 2, edges[-1] + 2 * width)
     for label, (color, hatch) in LABEL_STYLES.items():
         own = scores[labels == label]
         counts, _ = np.histogram(own[np.isfinite(own)].clip(edges[0], edges[-1]), edges)
         heights = np.append(counts, np.isposinf(own).sum()) * 100 / max(1, len(own))
-        ax.bar(
-            np.append(edges[:-1] + width / 2, edges[-1] + 2 * width),
-            heights,
-            0.95 * width,
-            color=to_rgba(color, 0.45),
-            edgecolor=color,
-            hatch=hatch,
-            linewidth=0.6,
-            label=f"{one.words(label)} ({len(own)})",
-        )
+        look: dict[str, Any] = {"color": to_rgba(color, 0.45), "edgecolor": color, "hatch": hatch}
+        label_text = f"{one.words(label)} ({len(own)})"
+        ax.bar(places, heights, 0.95 * width, linewidth=0.6, label=label_text, **look)
     if np.isposinf(scores).any():
         ticks = [tick for tick in MaxNLocator(4).tick_values(*edges[[0, -1]]) if tick <= edges[-1]]
         ax.set_xticks([*ticks, edges[-1] + 2 * width], [*(f"{t:.3g}" for t in ticks), "∞"])
@@ -133,7 +126,7 @@ def plot_distribution(one: curves.Wrongness, ax: Axes) -> None:
     styles.draw_legend(ax)
 
 
-def _range(metric: str, finite: NDArray[np.float64]) -> tuple[float, float]:
+def _range(metric: str, finite: Floats) -> tuple[float, float]:
     """Where the bins begin and end."""
     if is_likelihood(metric) or not len(finite):
         return 0.0, 1.0
@@ -198,7 +191,6 @@ def _plot(
         if not found:
             axes.text(0.5, 0.5, "one label alone", ha="center", transform=axes.transAxes)
         axes.set(xlim=(-0.02, 1.02), ylim=(-0.02, 1.02), aspect="equal")
-        axes.set_title(
-            curves.target_name(terms["target"], terms["frames"], terms["last"]), fontsize=10
-        )
+        title = curves.target_name(terms["target"], terms["frames"], terms["last"])
+        axes.set_title(title, fontsize=10)
     return axes

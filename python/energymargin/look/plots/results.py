@@ -1,5 +1,5 @@
-"""Results of one problem: effort over nodes, probability over time, in one engine or several, and
-the undisturbed future."""
+"""Results of one problem: effort over nodes, probability over time, in one engine or several, the
+undisturbed future; and the scores of a belief."""
 
 from __future__ import annotations
 
@@ -9,25 +9,37 @@ from typing import Any, TypeVar
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from energymargin._core import CaptureProbability, EscapeEffort, Problem, Survival
 from energymargin.base.checks import not_negative_number, yes_or_no
+from energymargin.base.metrics import axis_label, is_likelihood, value_text
+from energymargin.base.table_text import counted
+from energymargin.evaluate.belief_scores import BeliefScore
 from energymargin.evaluate.engine_comparison import EngineComparison
 from energymargin.evaluate.futures import Undisturbed, undisturbed
 from energymargin.look import outlines
+from energymargin.look.outlines import Limits, Plan, plane_for, view_of
 from energymargin.look.plots import styles
-from energymargin.look.plots.scenes import draw_ghost, leaving_objects
+from energymargin.look.plots.scenes import (
+    draw_bodies,
+    draw_ghost,
+    draw_outlines,
+    leaving_objects,
+    set_plane,
+)
 from energymargin.look.plots.states import AROUND, plot_state, state_legend
+from energymargin.look.plots.styles import draw_legend, light_grid
+from energymargin.model.beliefs.belief import Belief
 
 CURVE_SIZE, FUTURE_SIZE = (6.0, 3.6), (6.0, 4.5)  # inch
 ENGINES_HEIGHTS = (2.8, 1.6)  # inch: of the probabilities, and of the distances below
 FUTURE_PATH: dict[str, Any] = {"color": "#0072B2", "linewidth": 1.8, "zorder": 8}
-EXIT_MARK: dict[str, Any] = {
-    **{"color": styles.LOST_COLOR, "marker": "D", "markersize": 6, "linestyle": ""},
-    **{"markeredgecolor": "white", "zorder": 9},
-}
+EXIT_MARK: dict[str, Any] = {"color": styles.LOST_COLOR, "marker": "D", "markersize": 6}
+EXIT_MARK |= {"linestyle": "", "markeredgecolor": "white", "zorder": 9}
 
 BESIDE = 0.03  # of the width from one node to the most: free on both sides, where a mark may be
 BAND = 0.15  # opacity
@@ -58,9 +70,8 @@ def plot_effort(
         for number, (name, result) in enumerate(searches.items()):
             _draw_effort(axes, name, result, styles.curve_style(number))
         if known is not None:
-            axes.axhline(
-                known, linestyle=":", color=styles.CHANCE_COLOR, label=f"known: {known:.3g} J"
-            )
+            label = f"known: {known:.3g} J"
+            axes.axhline(known, linestyle=":", color=styles.CHANCE_COLOR, label=label)
         if all(math.isinf(result.effort) for result in searches.values()):
             axes.text(0.5, 0.5, "no escape found", ha="center", transform=axes.transAxes)
             if known is None:
@@ -75,7 +86,7 @@ def _draw_effort(ax: Axes, name: str, result: EscapeEffort, style: styles.LineSt
     """Steps from the first escape on, which go on to the last node."""
     stopped = "" if result.complete else ", stopped early"
     if not result.history:
-        label = f"{name}: no escape in {styles.nodes_in_words(result.nodes)}{stopped}"
+        label = f"{name}: no escape in {counted(result.nodes, 'node')}{stopped}"
         ax.plot([], [], linestyle="", marker=style.marker, color=style.color, label=label)
         return
     nodes, efforts = np.array(result.history, dtype=float).T
@@ -138,9 +149,8 @@ def _draw_survival(
     mark = style.look(linestyle="", markersize=7, markeredgecolor="white", zorder=4)
     ax.plot(survival.mean_time, survival.curve[at], gid="mean time", **mark)
     if which == "captured" and result.undisturbed is False:  # None: it was not asked for
-        ax.axvline(
-            result.undisturbed_time, color=style.color, linestyle=":", linewidth=1.3, gid="leaves"
-        )
+        dots: dict[str, Any] = {"color": style.color, "linestyle": ":", "linewidth": 1.3}
+        ax.axvline(result.undisturbed_time, gid="leaves", **dots)
 
 
 def _explain(ax: Axes, results: Mapping[str, CaptureProbability], which: str) -> None:
@@ -172,8 +182,8 @@ def plot_future(
     problem: Problem,
     *,
     ax: Axes | None = None,
-    plane: outlines.Plan | None = None,
-    limits: outlines.Limits | None = None,
+    plane: Plan | None = None,
+    limits: Limits | None = None,
     legend: bool | None = None,
 ) -> Axes:
     """The state of a problem with a horizon, and the undisturbed future from there.
@@ -190,24 +200,17 @@ def plot_future(
     plane = outlines.plane_for(problem.scene, future.states) if plane is None else plane
     if limits is None:
         limits = outlines.view_of(problem.scene, future.states, plane, AROUND)
-    new = ax is None
-    legend = new if legend is None else yes_or_no("legend", legend)
-    ax = plot_state(
-        problem, ax=styles.axes_or_new(ax, *FUTURE_SIZE), plane=plane, limits=limits, legend=False
-    )
+    legend = ax is None if legend is None else yes_or_no("legend", legend)
+    ax = styles.axes_or_new(ax, *FUTURE_SIZE)
+    plot_state(problem, ax=ax, plane=plane, limits=limits, legend=False)
     lines = _draw_future(ax, problem, future, plane)
-    title = f"undisturbed it stays captured for {future.times[-1]:.3g} s"
-    if future.exit is not None:
-        title = f"undisturbed it leaves at {future.exit:.3g} s"
-    ax.set_title(title, fontsize=10)
+    ax.set_title(future.words, fontsize=10)
     if legend:
         styles.draw_legend(ax, "below", [*state_legend(problem, tree=False), *lines])
     return ax
 
 
-def _draw_future(
-    ax: Axes, problem: Problem, future: Undisturbed, plane: outlines.Plan
-) -> list[Line2D]:
+def _draw_future(ax: Axes, problem: Problem, future: Undisturbed, plane: Plan) -> list[Line2D]:
     draw_ghost(ax, problem.scene, future.states[-1], plane)
     leaves, left = future.exit_moment, leaving_objects(problem, future)
     lines = []
@@ -232,7 +235,91 @@ def figure_engines(comparison: EngineComparison) -> Figure:
     plot_probability(named, ax=above)
     above.set_xlabel("")
     for number, distances in enumerate(comparison.distances):
-        style = styles.curve_style(number)
-        below.plot(comparison.times, 1000 * distances, color=style.color)
+        below.plot(comparison.times, 1000 * distances, color=styles.curve_style(number).color)
     below.set(xlabel="time [s]", ylabel="apart [mm]")
     return figure
+
+
+COLORS = "viridis"
+AROUND_PARTICLES = 0.15  # of the view's longer side
+MOST_OUTLINES = 64
+LOW = 0.1  # the quantile that is marked
+MARK_COLORS = ("#0072B2", "#E69F00", "#D55E00", "0.5")
+
+
+def figure_belief(
+    belief: Belief, score: BeliefScore, *, plane: Plan | None = None, known: float | None = None
+) -> Figure:
+    """The particles of a belief in a plane, coloured by their scores; how many have at most which
+    score, with the mean and, but for probabilities, the quantile of 10 % and the worst; and the
+    first-order shares.
+
+    `known`: the score of the problem itself, to compare with. Raises ValueError on a score of
+    something else.
+    """
+    figure = Figure(figsize=(10.5, 3.6), dpi=150, layout="constrained")
+    where, how_much, why = figure.subplots(1, 3, width_ratios=(1.25, 1.1, 0.9))
+    finite = score.values[np.isfinite(score.values)]
+    most = 1.0 if is_likelihood(score.metric) else float(finite.max(initial=0.0))
+    colors = ScalarMappable(Normalize(0.0, most or 1.0), COLORS)
+    _draw_particles(where, belief, score, plane, colors)
+    figure.colorbar(colors, ax=where, label=axis_label(score.metric), shrink=0.8)
+    _draw_scores(how_much, score, known)
+    _draw_shares(why, score)
+    return figure
+
+
+def _draw_particles(
+    ax: Axes, belief: Belief, score: BeliefScore, plane: Plan | None, colors: ScalarMappable
+) -> None:
+    """The outlines of what moves in each particle, over the problem's own state."""
+    problem = belief.problem
+    states = np.array([problem.state, *(p.state for p in score.particles.problems)])
+    plane = plane_for(problem.scene, states) if plane is None else plane
+    limits = view_of(problem.scene, states, plane, AROUND_PARTICLES)
+    draw_bodies(ax, problem.scene, np.asarray(problem.state), plane, limits)
+    moving = {body.name for body in problem.scene.bodies if body.role != "none"}
+    look: dict[str, Any] = {"fill": False, "linewidth": 0.8, "alpha": 0.7, "zorder": 5}
+    drawn = states[1 : MOST_OUTLINES + 1]
+    for state, color in zip(drawn, colors.to_rgba(score.values), strict=False):
+        draw_outlines(ax, problem.scene, state, plane, moving, edgecolor=color, **look)
+    set_plane(ax, plane, limits)
+    ax.set_title(f"{len(score.values)} particles", fontsize=10)
+
+
+def _draw_scores(ax: Axes, score: BeliefScore, known: float | None) -> None:
+    """The share of particles with at most a score."""
+    values = np.sort(score.values[np.isfinite(score.values)])
+    shares = np.arange(1, len(values) + 1) / len(score.kept)
+    ax.step(values, shares, where="post", color="0.2", linewidth=1.5)
+    marks = {"mean": score.mean}
+    if score.has_quantiles:
+        marks |= {"10 % are at most": score.quantile(LOW), "worst": score.worst}
+    if known is not None:
+        marks["the model as believed most"] = known
+    for (name, value), color in zip(marks.items(), MARK_COLORS, strict=False):
+        text = f"{name}: {value_text(score.metric, value)}"
+        if np.isfinite(value):
+            ax.axvline(value, color=color, linewidth=1.4, label=text)
+        else:
+            ax.plot([], [], color=color, label=text)
+    ax.set(xlabel=axis_label(score.metric), ylabel="share of particles", ylim=(0, 1.02))
+    if is_likelihood(score.metric):
+        ax.set_xlim(-0.02, 1.02)
+    light_grid(ax)
+    draw_legend(ax, "upper left")
+
+
+def _draw_shares(ax: Axes, score: BeliefScore) -> None:
+    """The sources' shares of the variance, each with its standard error."""
+    names, shares = list(score.shares), list(score.shares.values())
+    values = [share.value for share in shares]
+    if np.isfinite(values).any():
+        errors = [share.stderr for share in shares]
+        ax.barh(range(len(names)), values, xerr=errors, color="#56B4E9", ecolor="0.3", capsize=3)
+    else:
+        ax.text(0.5, 0.5, "too few particles", transform=ax.transAxes, ha="center")
+    ax.set_yticks(range(len(names)), [name.replace(" of ", "\nof ") for name in names], fontsize=8)
+    ax.invert_yaxis()
+    ax.set(xlim=(min(0.0, *values, -0.05) if values else 0.0, 1.0), xlabel="share of the variance")
+    light_grid(ax)

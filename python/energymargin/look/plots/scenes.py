@@ -9,25 +9,25 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap, to_rgba
 from matplotlib.patches import Polygon
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from energymargin._core import Plane, Problem, Scene
+from energymargin.base.aliases import Floats, Mask
 from energymargin.evaluate.futures import Undisturbed
 from energymargin.look import outlines
+from energymargin.look.outlines import Limits, Plan
 from energymargin.look.plots.styles import BODY_COLORS, LOST_COLOR
 from energymargin.model.scenes import body_poses
 from energymargin.regions import Region
 
-Floats = NDArray[np.float64]
-
 ORDERS = {"none": 2, "effector": 3, "object": 3.5}  # of roles, from the back
 BLOCK = 2**21  # numbers of states in memory at once
+RING: dict[str, Any] = {"markersize": 2.5, "markerfacecolor": "white", "markeredgewidth": 0.6}
+LOST: dict[str, Any] = {"fill": False, "edgecolor": LOST_COLOR, "linewidth": 1.2, "zorder": 7.5}
+"""The looks of a joint, and of an object that has left."""
 
 
-def draw_bodies(
-    ax: Axes, scene: Scene, state: Floats, plane: outlines.Plan, limits: outlines.Limits
-) -> None:
+def draw_bodies(ax: Axes, scene: Scene, state: Floats, plane: Plan, limits: Limits) -> None:
     """All bodies in a state, with springs and joints; of an endless body what is in view."""
     poses = body_poses(scene, state)
     for body in scene.bodies:
@@ -42,39 +42,29 @@ def draw_bodies(
     for joint in scene.joints:
         if joint.type != "fixed":
             place = outlines.placed(np.array([joint.origin]), poses[joint.parent], plane)[0]
-            ring: dict[str, Any] = {
-                "markersize": 2.5,
-                "markerfacecolor": "white",
-                "markeredgewidth": 0.6,
-            }
-            ax.plot(*place, "o", color=color, zorder=3.2, **ring)
+            ax.plot(*place, "o", color=color, zorder=3.2, **RING)
 
 
-def set_plane(ax: Axes, plane: outlines.Plan, limits: outlines.Limits) -> None:
+def set_plane(ax: Axes, plane: Plan, limits: Limits) -> None:
     """The names and limits of axes that show a plane."""
     ax.set(xlim=limits[0], ylim=limits[1], aspect="equal")
     ax.set(xlabel=f"{plane[0]} [m]", ylabel=f"{plane[1]} [m]")
 
 
-def draw_ghost(ax: Axes, scene: Scene, state: Floats, plane: outlines.Plan) -> None:
+def draw_ghost(ax: Axes, scene: Scene, state: Floats, plane: Plan) -> None:
     """Object and effector as they are in another state."""
     for role in ("effector", "object"):
         names = {body.name for body in scene.bodies if body.role == role and not body.fixed}
         draw_outlines(ax, scene, state, plane, names, **_solid(role, 0.3), zorder=4)
 
 
-def draw_lost(
-    ax: Axes, scene: Scene, state: Floats, plane: outlines.Plan, names: Collection[str]
-) -> None:
+def draw_lost(ax: Axes, scene: Scene, state: Floats, plane: Plan, names: Collection[str]) -> None:
     """The outlines of the objects of these names where they have left the capture set."""
-    dashes: dict[str, Any] = {"linestyle": (0, (3, 1.5)), "linewidth": 1.2, "zorder": 7.5}
-    draw_outlines(
-        *(ax, scene, state, plane, names), fill=False, edgecolor=LOST_COLOR, gid="lost", **dashes
-    )
+    draw_outlines(ax, scene, state, plane, names, gid="lost", linestyle=(0, (3, 1.5)), **LOST)
 
 
 def draw_outlines(
-    ax: Axes, scene: Scene, state: Floats, plane: outlines.Plan, names: Collection[str], **look: Any
+    ax: Axes, scene: Scene, state: Floats, plane: Plan, names: Collection[str], **look: Any
 ) -> None:
     """The bodies of these names as polygons that look so, without those that are endless."""
     poses = body_poses(scene, state)
@@ -91,7 +81,7 @@ def _solid(role: str, alpha: float) -> dict[str, Any]:
     return {**faces, "linewidth": 0.9}
 
 
-def _draw_half_space(ax: Axes, solid: Plane, plane: outlines.Plan, limits: outlines.Limits) -> None:
+def _draw_half_space(ax: Axes, solid: Plane, plane: Plan, limits: Limits) -> None:
     """A solid below a plane that is seen from the side; seen from above it is the ground."""
     normal = np.asarray(solid.normal)[outlines.axis_numbers(plane)]
     if np.linalg.norm(normal) < 0.99:
@@ -106,18 +96,16 @@ def _draw_half_space(ax: Axes, solid: Plane, plane: outlines.Plan, limits: outli
 
 def sets_of(problem: Problem) -> tuple[Region, Region | None]:
     """Capture and success set; if each object has its own, where at least one is in its own."""
-    return (
-        problem.captured if problem.captured_any is None else problem.captured_any,
-        problem.succeeded if problem.succeeded_any is None else problem.succeeded_any,
-    )
+    captured = problem.captured if problem.captured_any is None else problem.captured_any
+    return captured, problem.succeeded if problem.succeeded_any is None else problem.succeeded_any
 
 
 def draw_set(
     ax: Axes,
     problem: Problem,
     region: Region,
-    limits: outlines.Limits,
-    plane: outlines.Plan,
+    limits: Limits,
+    plane: Plan,
     *,
     color: str,
     line: str,
@@ -143,23 +131,17 @@ def draw_set(
         if (np.asarray(region.contains(problem.scene, seen)) != inside.all()).any():
             return " (not by place alone: not drawn)"
         return " (all of the view)" if inside.all() else " (nowhere in view)"
-    ax.imshow(
-        np.ma.masked_where(~inside, inside),
-        cmap=ListedColormap([color]),
-        extent=(x0, x0 + wide * len(x), y0, y0 + high * len(y)),
-        origin="lower",
-        alpha=0.35,
-        zorder=order,
-        interpolation="nearest",
-    )
+    extent = (x0, x0 + wide * len(x), y0, y0 + high * len(y))
+    fill: dict[str, Any] = {"origin": "lower", "alpha": 0.35, "interpolation": "nearest"}
+    fill |= {"cmap": ListedColormap([color]), "zorder": order}
+    ax.imshow(np.ma.masked_where(~inside, inside), extent=extent, **fill)
     edge = gaussian_filter(inside.astype(float), 1.0)  # cells; without it a slope has steps
-    ax.contour(
-        x, y, edge, levels=[0.5], colors=[color], linewidths=0.9, linestyles=line, zorder=order
-    )
+    border: dict[str, Any] = {"colors": [color], "linewidths": 0.9, "linestyles": line}
+    ax.contour(x, y, edge, levels=[0.5], zorder=order, **border)
     return ""
 
 
-def lost_objects(problem: Problem, states: Floats) -> NDArray[np.bool_]:
+def lost_objects(problem: Problem, states: Floats) -> Mask:
     """Which object is outside of its capture set in which of M states, shape (M, k).
 
     With one set for all objects, all of them are in it or none is. Where the sets of single objects
@@ -172,7 +154,7 @@ def lost_objects(problem: Problem, states: Floats) -> NDArray[np.bool_]:
     return ~np.stack([np.asarray(captured) for captured in inside], axis=1)
 
 
-def leaving_objects(problem: Problem, future: Undisturbed) -> NDArray[np.bool_]:
+def leaving_objects(problem: Problem, future: Undisturbed) -> Mask:
     """Which objects are outside when an undisturbed future leaves, shape (k,): all of them, if the
     sets of single objects are not known; none without an exit."""
     moment = future.exit_moment
@@ -182,9 +164,7 @@ def leaving_objects(problem: Problem, future: Undisturbed) -> NDArray[np.bool_]:
     return lost if lost.any() else np.ones_like(lost)
 
 
-def inside_at(
-    problem: Problem, region: Region, places: Floats, axes: Sequence[str]
-) -> NDArray[np.bool_]:
+def inside_at(problem: Problem, region: Region, places: Floats, axes: Sequence[str]) -> Mask:
     """Whether the state, else unchanged, is in a set with the objects' centres at each of N places
     along some axes, shape (N, len(axes)); shape (N,). Nowhere if one is on a joint."""
     scene, blocks = problem.scene, []

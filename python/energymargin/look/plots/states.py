@@ -10,11 +10,13 @@ from matplotlib.axes import Axes
 from matplotlib.colors import Normalize, to_rgba
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from numpy.typing import NDArray
 
 from energymargin._core import CaptureScore, EscapeEffort, Plane, Problem, Scene
 from energymargin.base import checks
+from energymargin.base.aliases import Floats
+from energymargin.base.table_text import counted
 from energymargin.look import outlines
+from energymargin.look.outlines import Limits, Plan
 from energymargin.look.plots import styles, trees
 from energymargin.look.plots.scenes import draw_bodies, draw_ghost, draw_set, set_plane, sets_of
 
@@ -34,8 +36,8 @@ def plot_state(
     *,
     ax: Axes | None = None,
     escape: EscapeEffort | None = None,
-    plane: outlines.Plan | None = None,
-    limits: outlines.Limits | None = None,
+    plane: Plan | None = None,
+    limits: Limits | None = None,
     most: float | None = None,
     path: bool = True,
     color_bar: bool = True,
@@ -116,7 +118,7 @@ def plot_state(
     ax.set_title(title, fontsize=10)
     if legend:
         unseen = len(states) - len(seen)
-        text = f"{unseen} of {styles.nodes_in_words(len(states))} out of view" if unseen else ""
+        text = f"{unseen} of {counted(len(states), 'node')} out of view" if unseen else ""
         handles = state_legend(problem, notes=(*notes, text), tree=crosses, escape=way)
         styles.draw_legend(ax, "below", handles)
     return ax
@@ -133,36 +135,30 @@ def _checked(
     for name, one in (("result", result), ("escape", escape)):
         states = problem.state[np.newaxis] if one is None else one.tree.states
         if states.shape[1] != expected:
-            raise ValueError(
-                f"{name} is of another problem: its states have {states.shape[1]} numbers, "
-                f"expected {expected} as in the problem's scene"
-            )
+            text = f"{name} is of another problem: its states have {states.shape[1]} numbers"
+            raise ValueError(f"{text}, expected {expected} as in the problem's scene")
         if not np.allclose(states[0], problem.state, rtol=0.0, atol=SAME):
-            raise ValueError(
-                f"{name} is of another problem: its tree does not start at the problem's state"
-            )
+            text = f"{name} is of another problem: its tree does not start at the problem's state"
+            raise ValueError(text)
     return result if result is not None else escape, escape if escape is not None else result
 
 
-def _known(plane: outlines.Plan) -> outlines.Plan:
+def _known(plane: Plan) -> Plan:
     if isinstance(plane, Sequence) and tuple(plane) in PLANES:
         return plane
     raise ValueError(f"plane is {plane!r}, expected two axes such as ('x', 'z')")
 
 
-def _check_looks(limits: outlines.Limits, most: float | None, ghosts: int, detail: int) -> None:
+def _check_looks(limits: Limits, most: float | None, ghosts: int, detail: int) -> None:
     if most is not None:
         checks.positive_number("most", most)
     checks.whole_number("ghosts", ghosts, 0)
     checks.whole_number("detail", detail, 2)
-    view = checks.numbers_of("limits", limits, VIEW, (2, 2))
-    if not (np.diff(view) > 0).all():
+    if not (np.diff(checks.numbers_of("limits", limits, VIEW, (2, 2))) > 0).all():
         raise ValueError(f"limits is {limits!r}, expected {VIEW}")
 
 
-def _telling(
-    problem: Problem, states: NDArray[np.float64], escape: trees.Escape | None
-) -> NDArray[np.float64]:
+def _telling(problem: Problem, states: Floats, escape: trees.Escape | None) -> Floats:
     """Those that a view has to show: the start, where a body gets farthest, and the escape.
 
     What is lost may fall far away: if the start is not, what counts are nodes that are not either.
@@ -181,20 +177,18 @@ def _telling(
 
 
 def _draw_sets(
-    ax: Axes, problem: Problem, plane: outlines.Plan, limits: outlines.Limits, **options: Any
+    ax: Axes, problem: Problem, plane: Plan, limits: Limits, **options: Any
 ) -> tuple[str, str]:
     """Success set below capture set; returns a note on each for the legend, the latter first."""
-    captured, succeeded = sets_of(problem)
-    look: dict[str, Any]
-    success = ""
+    (captured, succeeded), note = sets_of(problem), ""
     if succeeded is not None:
-        look = {"color": styles.SUCCEEDED_COLOR, "line": "dashed", "order": 0}
-        success = draw_set(ax, problem, succeeded, limits, plane, **look, **options)
+        look: dict[str, Any] = {"color": styles.SUCCEEDED_COLOR, "line": "dashed", "order": 0}
+        note = draw_set(ax, problem, succeeded, limits, plane, **look, **options)
     look = {"color": styles.CAPTURED_COLOR, "line": "solid", "order": 1}
-    return draw_set(ax, problem, captured, limits, plane, **look, **options), success
+    return draw_set(ax, problem, captured, limits, plane, **look, **options), note
 
 
-def _height(limits: outlines.Limits, title: str) -> float:
+def _height(limits: Limits, title: str) -> float:
     """Height of a figure [inch], with what is around the axes."""
     (x0, x1), (y0, y1) = limits
     axes = float(np.clip(0.72 * WIDTH * (y1 - y0) / (x1 - x0), 1.5, 5.0))
@@ -221,11 +215,8 @@ def state_legend(
     if problem.succeeded is not None:
         handles.append(_set_patch(styles.SUCCEEDED_COLOR, "--", "success set" + notes[1]))
     if tree:
-        left = "outside of the capture set"
-        cross = Line2D(
-            [], [], color=styles.LOST_COLOR, marker="x", linestyle="", markersize=4, label=left
-        )
-        handles.append(cross)
+        cross: dict[str, Any] = {"color": styles.LOST_COLOR, "marker": "x", "markersize": 4}
+        handles.append(Line2D([], [], linestyle="", label="outside of the capture set", **cross))
     way = escape.path if isinstance(escape, EscapeEffort) else escape.states if escape else ()
     if len(way) > 1:
         handles.append(Line2D([], [], **trees.ESCAPE, label="cheapest escape"))
@@ -260,15 +251,13 @@ def state_title(
 
 def _bodies_by_role(scene: Scene) -> dict[str, str]:
     """The names of the bodies that are drawn, by role."""
-    names: dict[str, list[str]] = {}
-    for body in scene.bodies:
-        if not isinstance(body.shape, Plane):
-            names.setdefault(body.role, []).append(body.name)
-    labels = {role: role for role in names}
-    labels |= {"object": "objects"} if len(names.get("object", ())) > 1 else {}
-    if "none" in names:
-        more = ", ..." if len(names["none"]) > MOST_NAMES else ""
-        labels["none"] = ", ".join(names["none"][:MOST_NAMES]) + more
+    drawn = [body for body in scene.bodies if not isinstance(body.shape, Plane)]
+    labels = {body.role: str(body.role) for body in drawn}
+    if sum(body.role == "object" for body in drawn) > 1:
+        labels["object"] = "objects"
+    if "none" in labels:
+        names = [body.name for body in drawn if body.role == "none"]
+        labels["none"] = ", ".join(names[:MOST_NAMES]) + ", ..." * (len(names) > MOST_NAMES)
     return labels
 
 

@@ -18,10 +18,9 @@ from matplotlib.axis import XAxis, YAxis
 from matplotlib.transforms import ScaledTranslation
 from numpy.typing import NDArray
 
+from energymargin.base.aliases import Floats, Mask
 from energymargin.base.checks import check_type, yes_or_no
 from energymargin.base.metrics import ANY, TIMED
-
-Floats = NDArray[np.float64]
 
 COSTS = "cividis"
 CAPTURED_COLOR = "#56B4E9"
@@ -120,10 +119,8 @@ def draw_legend(
         below = ScaledTranslation(0.0, -BELOW / 72, ax.figure.dpi_scale_trans)
         looks = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.0), "frameon": False}
         looks |= {"bbox_transform": ax.transAxes + below, "ncols": 2}
-    named = {
-        str(artist.get_label()): artist
-        for artist in (ax.get_legend_handles_labels()[0] if handles is None else handles)
-    }
+    artists = ax.get_legend_handles_labels()[0] if handles is None else handles
+    named = {str(artist.get_label()): artist for artist in artists}
     if named:
         sizes = {"fontsize": LEGEND_SIZE, "title_fontsize": LEGEND_SIZE}
         ax.legend(named.values(), named.keys(), alignment="left", **sizes, **looks | options)
@@ -138,19 +135,15 @@ def folded(text: str) -> str:
     return "\n".join(wrap(text, LONGEST)[:MOST_LINES]).replace("$", r"\$")
 
 
-def shade_frames(ax: Axes, times: Floats, shaded: NDArray[np.bool_], label: str) -> None:
+def shade_frames(ax: Axes, times: Floats, shaded: Mask, label: str) -> None:
     """A band about each shaded frame, reaching half-way to its neighbours; about the only one, half
     a unit to both sides. The label is in the legend once."""
     middles = (times[1:] + times[:-1]) / 2
     alone = 0.5 if len(times) == 1 else 0.0
     borders = np.concatenate([times[:1] - alone, middles, times[-1:] + alone])
     for number, k in enumerate(np.flatnonzero(shaded)):
-        ax.axvspan(
-            *(borders[k], borders[k + 1]),
-            facecolor=LOST_COLOR,
-            alpha=0.15,
-            label=None if number else label,
-        )
+        look: dict[str, Any] = {"facecolor": LOST_COLOR, "alpha": 0.15}
+        ax.axvspan(borders[k], borders[k + 1], label=None if number else label, **look)
 
 
 def room_for_infinity(axis: XAxis | YAxis, values: Floats, rows: int = 1) -> list[float]:
@@ -205,8 +198,3 @@ def draw_bounded(
 def light_grid(ax: Axes) -> None:
     """Lines that help to read values."""
     ax.grid(alpha=0.25, linewidth=0.5)
-
-
-def nodes_in_words(nodes: int) -> str:
-    """How many, such as "1 node"."""
-    return f"{nodes} node{'s' * (nodes != 1)}"

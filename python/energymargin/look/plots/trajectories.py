@@ -1,4 +1,4 @@
-"""Scores along trajectories, with the labels of their frames, and a band for infinite scores."""
+"""Scores along trajectories with the labels of their frames, and search trees of a dataset."""
 
 from __future__ import annotations
 
@@ -8,19 +8,30 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from energymargin import tasks
+from energymargin._core import CaptureScore, Problem, capture_score, stream
+from energymargin.base.aliases import AnyPath, Floats, Mask
 from energymargin.base.checks import check_shape, check_type, numbers_of, one_of
 from energymargin.base.metrics import ANY, KINDS, is_likelihood, metric_kind, of_kind
+from energymargin.look.outlines import Limits, Plan, view_of
 from energymargin.look.plots import styles
+from energymargin.look.plots.scenes import lost_objects
+from energymargin.look.plots.states import plot_state, score_title, state_legend
+from energymargin.look.plots.styles import LEGEND_SIZE
+from energymargin.look.plots.trees import draw_color_bar, most_cost
+from energymargin.records.datasets import Dataset
 from energymargin.records.evaluation import LabelledScores
 from energymargin.records.store import Run, ScoreStore
+from energymargin.tasks.base import plane_of
 
 BAND = (0.1, 0.9)  # quantiles of the particles of a belief
 MARKED = 80  # frames; the line of a longer trajectory has no marks
 
-Scores = LabelledScores | Run | ScoreStore | str | os.PathLike[str]
+Scores = LabelledScores | Run | ScoreStore | AnyPath
 """Scores with their labels: in memory, of a run, or of a file, by its path too, whose run is that
 of `ScoreStore.run`."""
 
@@ -41,19 +52,19 @@ def labelled_scores(scores: Scores) -> LabelledScores:
 class TrajectoryScores(NamedTuple):
     """What `plot_scores` draws of one trajectory of K frames."""
 
-    times: NDArray[np.float64] | None
+    times: Floats | None
     """Times of the frames [s], shape (K,), rising; None: they are counted."""
-    scores: Mapping[str, NDArray[np.float64]]
+    scores: Mapping[str, Floats]
     """By metric, shape (K,): inf where no escape was found, NaN where there is no score."""
-    captured: NDArray[np.bool_] | None
+    captured: Mask | None
     """Whether each frame is captured, shape (K,); None: it is not known."""
-    captured_any: NDArray[np.bool_] | None = None
+    captured_any: Mask | None = None
     """Whether at least one of several objects is captured, shape (K,); None: there is one set."""
-    bands: Mapping[str, NDArray[np.float64]] = {}
+    bands: Mapping[str, Floats] = {}
     """By metric, the quantiles BAND of its score under a belief, shape (K, 2)."""
 
     @property
-    def frames(self) -> NDArray[np.float64]:
+    def frames(self) -> Floats:
         """Where they are on the x axis: at their times [s], or else their numbers."""
         if self.times is not None:
             return self.times
@@ -74,12 +85,10 @@ def trajectory_scores(
         there = np.unique(labelled.trajectory)
         known = f"one from {there[0]} to {there[-1]}" if len(there) else "none, for there are none"
         raise ValueError(f"trajectory is {trajectory!r}, expected {known}")
-    return TrajectoryScores(
-        None if times is None else np.asarray(times, dtype=float),
-        {metric: values[states] for metric, values in labelled.scores.items()},
-        labelled.captured[states],
-        None if labelled.captured_any is None else labelled.captured_any[states],
-    )
+    captured_any = None if labelled.captured_any is None else labelled.captured_any[states]
+    scored = {metric: values[states] for metric, values in labelled.scores.items()}
+    at = None if times is None else np.asarray(times, dtype=float)
+    return TrajectoryScores(at, scored, labelled.captured[states], captured_any)
 
 
 def _checked(
@@ -104,18 +113,16 @@ def _checked(
         wrong = values[(values < low) | (values > high)]
         if len(wrong):
             expected = "0 to 1" if is_likelihood(name) else "a number or inf"
-            raise ValueError(
-                f"{name} has {wrong[0]:g}, expected {expected}, or NaN where there is none"
-            )
+            text = f"{name} has {wrong[0]:g}, expected {expected}, or NaN where there is none"
+            raise ValueError(text)
     if times is not None:
         times = numbers_of("times", times)
         check_shape("times", times, first.shape)
         falls = ~np.isfinite(times) | ~(np.diff(times, prepend=-np.inf) > 0)
         if falls.any():
             k = int(falls.argmax())
-            raise ValueError(
-                f"times has {times[k]:g} at frame {k}, expected finite numbers that rise"
-            )
+            text = f"times has {times[k]:g} at frame {k}, expected finite numbers that rise"
+            raise ValueError(text)
     return TrajectoryScores(
         times,
         arrays,
@@ -125,7 +132,7 @@ def _checked(
     )
 
 
-def _labels(name: str, given: ArrayLike | None, shape: tuple[int, ...]) -> NDArray[np.bool_] | None:
+def _labels(name: str, given: ArrayLike | None, shape: tuple[int, ...]) -> Mask | None:
     if given is None:
         return None
     labels = np.asarray(given)
@@ -201,10 +208,8 @@ def _chosen(kind: str | None, scores: Mapping[str, Any]) -> str:
         metrics = ", ".join(metric for each in KINDS.values() for metric in each.metrics)
         raise ValueError(f"scores has {unknown[0]!r}, expected some of {metrics}")
     if kind is None and len(there) > 1:
-        raise ValueError(
-            f"scores are of several kinds: choose kind={' or '.join(map(repr, there))}, "
-            "or draw them all with figure_scores"
-        )
+        text = f"scores are of several kinds: choose kind={' or '.join(map(repr, there))}"
+        raise ValueError(f"{text}, or draw them all with figure_scores")
     return one_of("kind", there[0] if kind is None else kind, there)
 
 
@@ -239,19 +244,14 @@ def _draw_row(
         styles.light_grid(ax)
 
 
-def _draw_scores(
-    ax: Axes, times: NDArray[np.float64], values: NDArray[np.float64], name: str, height: float
-) -> None:
+def _draw_scores(ax: Axes, times: Floats, values: Floats, name: str, height: float) -> None:
     """A line through what is finite; dashed, with rings, for at least one object."""
     style = styles.metric_style(name)
     missing = int(np.isnan(values).sum())
     ring, label = name.endswith(ANY), name + (f" ({missing} missing)" if missing else "")
-    look = style.look(
-        linestyle="--" if ring else "-",
-        linewidth=1.2,
-        markerfacecolor="white" if ring else style.color,
-        markevery=None if len(values) <= MARKED else slice(0),
-    )
+    fill, dashes = ("white", "--") if ring else (style.color, "-")
+    every = None if len(values) <= MARKED else slice(0)
+    look = style.look(linestyle=dashes, linewidth=1.2, markerfacecolor=fill, markevery=every)
     styles.draw_bounded(ax, times, values, label, height, endless=f"{name}: no escape", **look)
 
 
@@ -260,9 +260,85 @@ def _draw_band(ax: Axes, data: TrajectoryScores, name: str) -> None:
     ends = data.bands.get(name, np.empty(0))
     finite = ends[np.isfinite(ends)]
     if len(finite):
-        shown = np.minimum(ends, finite.max())
-        color, label = (
-            styles.metric_style(name).color,
-            f"{name}: {BAND[0]:g} to {BAND[1]:g} quantile",
-        )
-        ax.fill_between(data.frames, *shown.T, color=color, alpha=0.25, linewidth=0, label=label)
+        low, high = np.minimum(ends, finite.max()).T
+        label = f"{name}: {BAND[0]:g} to {BAND[1]:g} quantile"
+        look: dict[str, Any] = {"color": styles.metric_style(name).color, "alpha": 0.25}
+        ax.fill_between(data.frames, low, high, linewidth=0, label=label, **look)
+
+
+LINE = 0.15  # inch, of a title
+PANEL = 2.9  # inch, width of one
+
+
+def one_of_each(dataset: Dataset) -> dict[str, int]:
+    """A failed and a successful trajectory of a dataset, with an end as clear as can be."""
+    chosen, every = {}, list(enumerate(dataset.trajectories))
+    for name, success in (("failed", False), ("successful", True)):
+        of_kind = {t: one.captured[-1] == success for t, one in every if one.success == success}
+        if of_kind:
+            chosen[name] = max(of_kind, key=lambda t: of_kind[t])  # the first of the clear ones
+    return chosen
+
+
+def figure_along(dataset: Dataset, labelled: LabelledScores) -> Figure:
+    """The scores along a failed and a successful trajectory."""
+    columns = {}
+    for name, t in one_of_each(dataset).items():
+        times = dataset.trajectories[t].times
+        columns[f"{name} trajectory"] = trajectory_scores(labelled, t, times=times)
+    return figure_scores(columns)
+
+
+def figure_trees(dataset: Dataset, nodes: int, seed: int) -> Figure:
+    """Search trees in three frames of a failed and of a successful trajectory, a third of it apart.
+
+    The trees, and so their scores, are those that the dataset gets from these nodes and this seed.
+    """
+    rows: dict[str, list[_Panel]] = {}
+    states = []
+    for name, t in one_of_each(dataset).items():
+        trajectory, first = dataset.trajectories[t], int(dataset.lengths[:t].sum())
+        count = len(trajectory)
+        frames = sorted({0, count // 3, 2 * count // 3})
+        problems = dataset.problems([first + frame for frame in frames])
+        rows[name] = []
+        for frame, problem in zip(frames, problems, strict=True):
+            of_state: dict[str, Any] = {"nodes": nodes, "seed": stream(seed, first + frame)}
+            score = capture_score(problem, warn=False, **of_state)
+            rows[name].append(_Panel(float(trajectory.times[frame]), problem, score))
+        states.append(trajectory.states)
+    plane = plane_of(tasks.make(dataset.task, **dataset.parameters))
+    return _figure(rows, plane, view_of(problems[0].scene, np.concatenate(states), plane))
+
+
+class _Panel(NamedTuple):
+    time: float
+    problem: Problem
+    score: CaptureScore
+
+
+def _figure(rows: Mapping[str, Sequence[_Panel]], plane: Plan, limits: Limits) -> Figure:
+    """Panels without gaps between them, and a colour bar and a legend for all."""
+    panels = [panel for row in rows.values() for panel in row]
+    most = max(most_cost(panel.problem, panel.score.tree) for panel in panels)
+    highest = max(float(panel.score.tree.costs.max()) for panel in panels)
+    lines = max(score_title(panel.score).count("\n") + 3 for panel in panels)
+    columns = max(map(len, rows.values()))
+    (x0, x1), (y0, y1) = limits
+    height = PANEL * (y1 - y0) / (x1 - x0) + LINE * lines
+    size = (PANEL * columns + 1.2, height * len(rows) + 0.7)
+    figure = Figure(figsize=size, dpi=200, layout="constrained")
+    axes = figure.subplots(len(rows), columns, sharex=True, sharey=True, squeeze=False)
+    look: dict[str, Any] = {"plane": plane, "limits": limits, "most": most, "path": False}
+    for (name, row), row_axes in zip(rows.items(), axes, strict=True):
+        for panel, ax in zip(row, row_axes, strict=False):
+            plot_state(panel.problem, panel.score, ax=ax, color_bar=False, ghosts=3, **look)
+            ax.set_title(f"t = {panel.time:.2f} s\n{score_title(panel.score)}", fontsize=9)
+            ax.label_outer()
+        row_axes[0].set_ylabel(f"{name}\n{plane[1]} [m]")
+    draw_color_bar(figure, axes, Normalize(0.0, most), highest, shrink=0.7, pad=0.015)
+    crosses = any(lost_objects(panel.problem, panel.score.tree.states).any() for panel in panels)
+    handles = state_legend(panels[0].problem, tree=crosses)
+    looks: dict[str, Any] = {"ncols": len(handles), "frameon": False, "fontsize": LEGEND_SIZE}
+    figure.legend(handles=handles, loc="outside lower center", **looks)
+    return figure

@@ -13,12 +13,13 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
 from energymargin._core import CaptureScore, EscapeEffort, Problem, Tree
+from energymargin.base.aliases import Floats, Mask
+from energymargin.base.table_text import counted
 from energymargin.look.outlines import Limits, Plan, object_centers
 from energymargin.look.plots.scenes import draw_lost, lost_objects, sets_of
-from energymargin.look.plots.styles import COSTS, LOST_COLOR, nodes_in_words
+from energymargin.look.plots.styles import COSTS, LOST_COLOR
 
 LEAST = 1e-9  # J, at the end of a colour bar
 ESCAPE: dict[str, Any] = {  # a thick line over all, with a square where the object is lost
@@ -31,15 +32,12 @@ ESCAPE: dict[str, Any] = {  # a thick line over all, with a square where the obj
 Result = CaptureScore | EscapeEffort
 
 
-def draw_tree(
-    ax: Axes, problem: Problem, tree: Tree, plane: Plan, costs: Normalize
-) -> NDArray[np.float64]:
+def draw_tree(ax: Axes, problem: Problem, tree: Tree, plane: Plan, costs: Normalize) -> Floats:
     """Edges, nodes by cost, and a cross at each object that is lost; where these are, (N, 2)."""
     points = object_centers(problem.scene, tree.states, plane)
     edges = np.stack([points[tree.parents[1:]], points[1:]], axis=2).reshape(-1, 2, 2)
-    ax.add_collection(
-        LineCollection(list(edges), colors="0.25", linewidths=0.4, alpha=0.5, zorder=5)
-    )
+    lines = LineCollection(list(edges), colors="0.25", linewidths=0.4, alpha=0.5, zorder=5)
+    ax.add_collection(lines)
     (x, y), costs_each = points.reshape(-1, 2).T, np.repeat(tree.costs, points.shape[1])
     look: dict[str, Any] = {"cmap": COSTS, "norm": costs, "linewidths": 0.2, "edgecolors": "white"}
     ax.scatter(x, y, c=costs_each, s=9, **look, zorder=6, gid="nodes")
@@ -49,7 +47,7 @@ def draw_tree(
     return outside
 
 
-def in_view(points: NDArray[np.float64], limits: Limits) -> NDArray[np.bool_]:
+def in_view(points: Floats, limits: Limits) -> Mask:
     """Which points, shape (..., 2), are in the view, shape (...)."""
     low, high = np.transpose(limits)
     return np.asarray(((points >= low) & (points <= high)).all(axis=-1))
@@ -68,19 +66,14 @@ def draw_color_bar(
     figure: Figure | SubFigure, axes: Any, costs: Normalize, most: float, **options: Any
 ) -> None:
     """What the nodes' colours mean, beside the axes; open if the costliest, `most`, is beyond."""
-    figure.colorbar(
-        ScalarMappable(costs, COSTS),
-        ax=axes,
-        label="cost of reaching a node [J]",
-        extend="max" if most > (costs.vmax or 0.0) else "neither",
-        **options,
-    )
+    options |= {"ax": axes, "extend": "max" if most > (costs.vmax or 0.0) else "neither"}
+    figure.colorbar(ScalarMappable(costs, COSTS), label="cost of reaching a node [J]", **options)
 
 
 class Escape(NamedTuple):
     """A way out of the capture set."""
 
-    states: NDArray[np.float64]
+    states: Floats
     """From the start to the first state outside, shape (P, n); P is 0 if none was found."""
     effort: float
     """[J]; inf if none was found."""
@@ -102,7 +95,7 @@ def escape_in_words(of: Result, escape: Escape | None = None) -> str:
     """The effort, for a title; also that there is no escape, or nothing to escape from."""
     effort = of.effort if isinstance(of, EscapeEffort) else escape.effort if escape else math.inf
     if math.isinf(effort):
-        return f"no escape found with {nodes_in_words(of.nodes)}"
+        return f"no escape found with {counted(of.nodes, 'node')}"
     if escape is not None and len(escape.states) == 1:
         return "the start is outside of the capture set"
     kind = "effort of escape" if isinstance(of, EscapeEffort) else "cheapest escape of the tree"

@@ -3,7 +3,6 @@ grasps, with pictures of the best, the most doubtful, and the worst."""
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from importlib.metadata import version
@@ -15,23 +14,16 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.figure import Figure
 
 import energymargin as em
+from energymargin.base.aliases import AnyPath
 from energymargin.base.checks import check_type, whole_number
 from energymargin.base.interrupts import raise_if_interrupted, remembered_interrupts
 from energymargin.base.metrics import TIMED
-from energymargin.base.replacing import replaced
+from energymargin.base.replacing import PAGES, replaced, require_suffix
+from energymargin.evaluation import curves
 from energymargin.look.plots.companions import figure_grasp, plot_grasps
-from energymargin.look.report.pictures import (
-    Card,
-    along,
-    both_curves,
-    distributions,
-    png,
-    svg,
-    worst,
-)
+from energymargin.look.report import pictures
 from energymargin.look.report.subject import Subject, notices, read_subject, view_command
 
-SUFFIXES = (".html", ".htm")
 READ, DRAWN = 0.05, 0.5  # of all: what is done when the file is read, and when the tables are there
 PACKAGES = ("energymargin", "numpy", "scikit-learn", "matplotlib")
 ENOUGH = 10  # trajectories; a bootstrap of fewer gives intervals that are too narrow
@@ -73,20 +65,18 @@ class Options:
         if self.frames is None:
             return min(em.evaluation.HORIZON if scored is None else scored, ahead)
         if self.frames > ahead:
-            raise ValueError(
-                f"the horizon is {self.frames} frames, expected 0 to {ahead}: the longest "
-                f"trajectory has {ahead + 1} frames"
-            )
+            text = f"the horizon is {self.frames} frames, expected 0 to {ahead}"
+            raise ValueError(f"{text}: the longest trajectory has {ahead + 1} frames")
         return self.frames
 
 
 def write(
-    scores: str | os.PathLike[str],
-    output: str | os.PathLike[str],
+    scores: AnyPath,
+    output: AnyPath,
     *,
     run: int | None = None,
     options: Options | None = None,
-    data: str | os.PathLike[str] | None = None,
+    data: AnyPath | None = None,
     progress: Progress | None = None,
 ) -> list[str]:
     """Writes a report of a file of scores: one HTML file that needs no network.
@@ -114,7 +104,11 @@ def write(
     chosen = Options() if options is None else options
     check_type("options", chosen, Options, "a report.Options")
     output = Path(output)
-    _check_place(output, {"scores": scores, "data": data})
+    require_suffix("output", output, PAGES)
+    for name, path in {"scores": scores, "data": data}.items():
+        if path is not None and output.resolve() == Path(path).resolve():
+            text = f"output is {str(output)!r}, which is the file of {name}, {str(path)!r}"
+            raise ValueError(f"{text}: expected another place for the page")
     with remembered_interrupts(), replaced(output) as file:
 
         def tell(what: str, share: float) -> None:
@@ -142,9 +136,9 @@ def _page(subject: Subject, options: Options, output: Path, tell: Progress) -> d
 
         asked |= {"among": among, "frames": horizons, "progress": counted}
         results.append(em.evaluation.evaluate(scores, **asked))
-    every = em.evaluation.curves.wrongness(labelled, frames, options.last)
-    wrong = em.evaluation.curves.by_trajectory(every, len(subject.members))
-    mistakes, lacking = worst(
+    every = curves.wrongness(labelled, frames, options.last)
+    wrong = curves.by_trajectory(every, len(subject.members))
+    mistakes, lacking = pictures.worst(
         *(subject, every),
         each=options.pictures,
         progress=lambda share: tell("Pictures", DRAWN + (1 - DRAWN) * share),
@@ -157,34 +151,17 @@ def _page(subject: Subject, options: Options, output: Path, tell: Progress) -> d
         "labels": em.summary.summary(labelled).notes[0],
         "algorithm": subject.run.algorithm,
         "enough": ENOUGH,
-        "target": em.evaluation.curves.target_name(frames=frames),
+        "target": curves.target_name(frames=frames),
         "tables": list(tables(results)),
-        "along": along(subject, wrong, options.trajectories),
+        "along": pictures.along(subject, wrong, options.trajectories),
         "endless": any(np.isposinf(values).any() for values in labelled.scores.values()),
         "view": view_command(subject),
-        "curves": both_curves(labelled, frames, options.last),
-        "distributions": distributions(every),
+        "curves": pictures.both_curves(labelled, frames, options.last),
+        "distributions": pictures.distributions(every),
         "mistakes": mistakes,
         "lacking": lacking,
         "timed": any(metric in TIMED for metric in subject.metrics),
     }
-
-
-def check_suffix(output: Path) -> None:
-    """Raises ValueError on the name of another file than a page."""
-    if output.suffix not in SUFFIXES:
-        raise ValueError(f"output is {str(output)!r}, expected a name with {' or '.join(SUFFIXES)}")
-
-
-def _check_place(output: Path, read: Mapping[str, str | os.PathLike[str] | None]) -> None:
-    """Checks the output before anything is computed; it must not replace the files in `read`."""
-    check_suffix(output)
-    for name, path in read.items():
-        if path is not None and output.resolve() == Path(path).resolve():
-            raise ValueError(
-                f"output is {str(output)!r}, which is the file of {name}, {str(path)!r}: "
-                "expected another place for the page"
-            )
 
 
 def tables(results: Iterable[em.evaluation.Evaluation]) -> Iterator[em.summary.Summary]:
@@ -200,20 +177,16 @@ def tables(results: Iterable[em.evaluation.Evaluation]) -> Iterator[em.summary.S
 def rendered(name: str, page: Mapping[str, Any]) -> str:
     """A page as HTML, by a template of this package that fills base.html. Whatever comes from files
     is escaped by it."""
-    environment = Environment(
-        loader=PackageLoader("energymargin.look", "report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    loader, strict = PackageLoader("energymargin.look", "report"), {"undefined": StrictUndefined}
+    blocks: dict[str, Any] = {"trim_blocks": True, "lstrip_blocks": True, **strict}
+    environment = Environment(loader=loader, autoescape=True, **blocks)
     versions = ", ".join(f"{name} {version(name)}" for name in PACKAGES)
     return environment.get_template(name).render(page, versions=versions)
 
 
 def write_grasps(
     scores: em.grasps.GraspScores,
-    output: str | os.PathLike[str],
+    output: AnyPath,
     *,
     title: str = "Grasps",
     progress: Progress | None = None,
@@ -229,7 +202,7 @@ def write_grasps(
     Raises ValueError on other scores and another suffix, and OSError if it cannot be written.
     """
     output = Path(output)
-    check_suffix(output)
+    require_suffix("output", output, PAGES)
     table, found = scores.table(), em.summary.summary(scores)
     with remembered_interrupts(), replaced(output) as file:
         figure = Figure(figsize=SIZE, layout="constrained")
@@ -239,7 +212,7 @@ def write_grasps(
             "lead": found.lead.partition(";")[0],
             "notes": found.notes,
             "about": em.summary.summary(scores.trials),
-            "ranking": svg(figure),
+            "ranking": pictures.svg(figure),
             "cards": list(_cards(scores, progress)),
             "head": list(table),
             "rows": list(zip(*table.values(), strict=True))[:MOST_ROWS],
@@ -249,7 +222,7 @@ def write_grasps(
         file.write_text(rendered("grasps.html", page), encoding="utf-8")
 
 
-def _cards(scores: em.grasps.GraspScores, progress: Progress | None) -> Iterator[Card]:
+def _cards(scores: em.grasps.GraspScores, progress: Progress | None) -> Iterator[pictures.Card]:
     if not len(scores.ranked):
         return
     chosen = {scores.best: "", scores.doubtful: "The most doubtful", scores.worst: "The worst"}
@@ -257,8 +230,8 @@ def _cards(scores: em.grasps.GraspScores, progress: Progress | None) -> Iterator
     for place, (k, which) in enumerate(chosen.items()):
         if progress is not None:
             progress("Pictures", place / len(chosen))
-        title, image = f"{which}: {scores.grasps.names[k]}", png(figure_grasp(scores, k))
-        yield Card(title, _text(scores, k), [image])
+        title, image = f"{which}: {scores.grasps.names[k]}", pictures.png(figure_grasp(scores, k))
+        yield pictures.Card(title, _text(scores, k), [image])
 
 
 def _text(scores: em.grasps.GraspScores, k: int) -> str:

@@ -19,11 +19,13 @@ import PIL.Image
 from matplotlib import pyplot, rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 import energymargin as em
+from energymargin.base.aliases import Floats, Ints
 from energymargin.base.metrics import with_unit
 from energymargin.base.table_text import sentence
+from energymargin.datasets import Dataset, Future
+from energymargin.evaluation import curves
 from energymargin.look import plots
 from energymargin.look.outlines import Plan
 from energymargin.look.plots.curves import plot_distribution, plot_precision_recall, plot_roc
@@ -50,7 +52,7 @@ class Image(NamedTuple):
     """Title of the list that it is chosen from."""
 
 
-def along(subject: Subject, wrong: NDArray[np.float64], most: int) -> list[Image]:
+def along(subject: Subject, wrong: Floats, most: int) -> list[Image]:
     """At most so many trajectories: half those whose scores are most wrong, `wrong` (T,), and of
     the others some that are evenly spaced."""
     worst, others = chosen(np.array(subject.scored, int), wrong, most)
@@ -59,9 +61,7 @@ def along(subject: Subject, wrong: NDArray[np.float64], most: int) -> list[Image
     return [_trajectory(subject, t, group) for t, group in groups.items()]
 
 
-def chosen(
-    scored: NDArray[np.int64], wrong: NDArray[np.float64], most: int
-) -> tuple[list[int], list[int]]:
+def chosen(scored: Ints, wrong: Floats, most: int) -> tuple[list[int], list[int]]:
     """The most wrong of the trajectories `scored`, from the worst on, and evenly spaced others,
     rising."""
     order = scored[np.argsort(-np.nan_to_num(wrong[scored], nan=-1.0), kind="stable")]
@@ -89,21 +89,18 @@ def _trajectory(subject: Subject, t: int, group: str) -> Image:
 def both_curves(labelled: em.evaluation.LabelledScores, frames: int, last: int) -> list[Image]:
     """ROC and precision over recall of the states, and of whole trajectories."""
     images = []
-    for target in em.evaluation.curves.TARGETS:
-        if em.evaluation.curves.metrics_against(labelled, target):
+    for target in curves.TARGETS:
+        if curves.metrics_against(labelled, target):
             figure = Figure(figsize=CURVES, layout="constrained")
             asked: dict[str, Any] = {"target": target, "frames": frames, "last": last}
-            for plot, ax in zip(
-                (plot_roc, plot_precision_recall), figure.subplots(1, 2), strict=True
-            ):
-                plot(labelled, ax=ax, **asked)
-            images.append(
-                Image(em.evaluation.curves.target_name(target, frames, last), svg(figure))
-            )
+            left, right = figure.subplots(1, 2)
+            plot_roc(labelled, ax=left, **asked)
+            plot_precision_recall(labelled, ax=right, **asked)
+            images.append(Image(curves.target_name(target, frames, last), svg(figure)))
     return images
 
 
-def distributions(every: Sequence[em.evaluation.curves.Wrongness]) -> str:
+def distributions(every: Sequence[curves.Wrongness]) -> str:
     """A histogram of each metric that has scores, as a data URI; empty if there is none."""
     there = [one for one in every if len(one.compared.scores)]
     rows = math.ceil(len(there) / COLUMNS)
@@ -146,7 +143,7 @@ class WorstStates(NamedTuple):
 
 def worst(
     subject: Subject,
-    every: Sequence[em.evaluation.curves.Wrongness],
+    every: Sequence[curves.Wrongness],
     *,
     each: int,
     progress: Callable[[float], None],
@@ -159,12 +156,10 @@ def worst(
             repeater = SearchRepeater(subject.dataset, subject.run.settings, subject.run.future)
         except ValueError as error:
             lacking = str(error)
-    chosen = [
-        (one, [p for label in (False, True) for p in one.worst(label, each)]) for one in every
-    ]
+    chosen = [(one, one.worst(False, each) + one.worst(True, each)) for one in every]
     total, done = max(1, sum(len(places) for _, places in chosen)), count()
 
-    def card(one: em.evaluation.curves.Wrongness, place: int) -> Card:
+    def card(one: curves.Wrongness, place: int) -> Card:
         progress(next(done) / total)
         return _card(subject, repeater, one, place)
 
@@ -173,10 +168,7 @@ def worst(
 
 
 def _card(
-    subject: Subject,
-    repeater: SearchRepeater | None,
-    one: em.evaluation.curves.Wrongness,
-    place: int,
+    subject: Subject, repeater: SearchRepeater | None, one: curves.Wrongness, place: int
 ) -> Card:
     """Card of a state, or of the last state of a trajectory: the score and what happened, which
     contradict each other."""
@@ -205,34 +197,29 @@ def _card(
 
 def _notes(stored: float, repeated: RepeatedSearch, sampling: object | None) -> str:
     """What is to be known of a picture, and of the score in the file."""
-    warnings = () if repeated.search is None else repeated.search.warnings
-    notes = [sentence(text) for text in warnings]
+    text = ""
     if sampling is not None:
-        notes.insert(
-            0,
+        text = (
             f"The picture shows the model without its errors, whose score is {repeated.score:.4g}; "
-            f"the file has {stored:.4g}, the mean of draws of the belief.",
+            f"the file has {stored:.4g}, the mean of draws of the belief."
         )
     elif repeated.score != stored:
-        notes.insert(
-            0,
-            "Not the tree of the score in the file: searched again it gives "
-            f"{repeated.score:.4g}, and the file has {stored:.4g}. The task or energymargin has "
-            "changed since.",
+        text = (
+            f"Not the tree of the score in the file: searched again it gives {repeated.score:.4g}, "
+            f"and the file has {stored:.4g}. The task or energymargin has changed since."
         )
-    return " ".join(notes)
+    warnings = () if repeated.search is None else repeated.search.warnings
+    return " ".join(filter(None, (text, *map(sentence, warnings))))
 
 
-def _why(one: em.evaluation.curves.Wrongness, place: int) -> str:
-    label = bool(one.compared.labels[place])
-    side = "below" if label else "above"
-    if one.ranks.level[place]:
-        side += " or level with"
+def _why(one: curves.Wrongness, place: int) -> str:
+    side = "below" if one.compared.labels[place] else "above"
+    side += " or level with" if one.ranks.level[place] else ""
     share = one.ranks.beyond[place] + one.ranks.level[place]
     return f"Ranked {side} {100 * share:.3g} % of all with the other label."
 
 
-def _none(one: em.evaluation.curves.Wrongness) -> str:
+def _none(one: curves.Wrongness) -> str:
     if one.compared.of_both_kinds:
         return "it ranks none on the wrong side"
     return "there are no scores" if not len(one.compared.labels) else "all have the same label"
@@ -251,19 +238,15 @@ class SearchRepeater:
     """Repeats the searches of a dataset's states."""
 
     def __init__(
-        self,
-        dataset: em.datasets.Dataset,
-        settings: dict[str, Any],
-        future: em.datasets.Future | None = None,
+        self, dataset: Dataset, settings: dict[str, Any], future: Future | None = None
     ) -> None:
         """`settings` and `future`: of the run. Raises ValueError if the settings are not those of a
         search, or if the task cannot be made."""
         try:
             self._settings = em.searches.SearchSettings(**settings)
         except TypeError:
-            raise ValueError(
-                f"the run's settings are those of another program: {settings}"
-            ) from None
+            text = f"the run's settings are those of another program: {settings}"
+            raise ValueError(text) from None
         self._dataset, self._future = dataset, future
         self.plane = em.tasks.plane_of(em.tasks.make(dataset.task, **dataset.parameters))
         """In which pictures show the task."""
@@ -285,18 +268,14 @@ def pictures(repeated: RepeatedSearch, plane: Plan) -> list[str]:
         if isinstance(search, em.CaptureProbability):
             which = "captured" if search.any is None else "any"
             future = plots.plot_future(problem, plane=plane)
-            return [_png(future), _png(plots.plot_probability(search, which=which))]
-        return [_png(plots.plot_state(problem, search, plane=plane))]
+            return [png(future), png(plots.plot_probability(search, which=which))]
+        return [png(plots.plot_state(problem, search, plane=plane))]
 
 
-def _png(ax: Axes) -> str:
-    figure = ax.get_figure(root=True)
-    assert figure is not None
-    return png(figure)
-
-
-def png(figure: Figure) -> str:
+def png(of: Figure | Axes) -> str:
     """A data URI with a third of the bytes of matplotlib's own: these pictures have few colours."""
+    figure = of.get_figure(root=True)
+    assert figure is not None
     drawn, small = io.BytesIO(), io.BytesIO()
     figure.savefig(drawn, format="png", dpi=RESOLUTION, bbox_inches="tight")
     pyplot.close(figure)

@@ -3,7 +3,6 @@ command that adds it."""
 
 from __future__ import annotations
 
-import os
 import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
@@ -12,9 +11,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 import energymargin as em
+from energymargin.base.aliases import AnyPath, Floats, Ints
 from energymargin.base.closing import Closing
 from energymargin.base.metrics import ANY, METRICS, TIMED, USUAL
 from energymargin.base.reprs import Record
@@ -39,7 +38,7 @@ class Subject(Record, Closing):
     labelled: em.evaluation.LabelledScores
     now: em.evaluation.LabelledScores | None
     """Of scores with a horizon, those of the states as they are beside them, if there are any."""
-    bands: dict[str, NDArray[np.float64]]
+    bands: dict[str, Floats]
     """By metric, between what the middle of the particles' scores lie, shape (N, 2); empty without
     a belief."""
 
@@ -56,17 +55,17 @@ class Subject(Record, Closing):
             self.dataset.close()
 
     @cached_property
-    def members(self) -> list[NDArray[np.int64]]:
+    def members(self) -> list[Ints]:
         """The numbers of the states, one array a trajectory."""
         return self.labelled.by_trajectory()
 
     @cached_property
-    def frames(self) -> NDArray[np.int64]:
+    def frames(self) -> Ints:
         """Which frame of its trajectory each state is, shape (N,)."""
         return np.concatenate([np.arange(len(states)) for states in self.members])
 
     @cached_property
-    def ahead(self) -> NDArray[np.int64]:
+    def ahead(self) -> Ints:
         """How many frames of its trajectory were recorded after each state, shape (N,)."""
         return np.concatenate([np.arange(len(states))[::-1] for states in self.members])
 
@@ -76,7 +75,7 @@ class Subject(Record, Closing):
         lacks = np.all([np.isnan(values) for values in self.labelled.scores.values()], axis=0)
         return [t for t, own in enumerate(self.members) if not lacks[own].all()]
 
-    def scores(self, metric: str) -> NDArray[np.float64]:
+    def scores(self, metric: str) -> Floats:
         """Scores of a metric as it is named in tables, shape (N,): there one force score is held
         against two labels."""
         return self.labelled.scores["force" if metric == "force" + ANY else metric]
@@ -86,15 +85,8 @@ class Subject(Record, Closing):
         """Metrics of which there are scores."""
         return list(self.labelled.scores)
 
-    @property
-    def several(self) -> bool:
-        """Whether there are labels of at least one of several objects."""
-        return self.labelled.captured_any is not None or self.labelled.success_any is not None
 
-
-def read_subject(
-    path: str | os.PathLike[str], number: int | None, data: str | os.PathLike[str] | None = None
-) -> Subject:
+def read_subject(path: AnyPath, number: int | None, data: AnyPath | None = None) -> Subject:
     """A run of a file of scores, as of `ScoreStore.run`, with its dataset: that at `data`, or else
     the one beside the file of scores.
 
@@ -120,7 +112,7 @@ def read_subject(
         )
 
 
-def _opened(run: em.store.Run, path: Path, data: str | os.PathLike[str] | None) -> dict[str, Any]:
+def _opened(run: em.store.Run, path: Path, data: AnyPath | None) -> dict[str, Any]:
     """The fields of the dataset."""
     place = Path(data or path.with_name(f"{path.stem.removesuffix(SUFFIX)}.h5"))
     if data is None and not place.exists():
@@ -157,87 +149,68 @@ class Notice(NamedTuple):
 
 def notices(subject: Subject, output: Path) -> list[Notice]:
     """All that is missing, for the top of the page, which will be at `output`."""
-    return [
-        *_unscored(subject),
-        *_unasked(subject),
-        *_no_dataset(subject, output),
-        *_other_algorithm(subject),
-    ]
+    return [*_about_scores(subject), *_about_files(subject, output)]
 
 
-def _unscored(subject: Subject) -> Iterator[Notice]:
-    missing = {m: int(np.isnan(values).sum()) for m, values in subject.labelled.scores.items()}
-    lacking = np.any([np.isnan(values) for values in subject.labelled.scores.values()], axis=0)
-    if not lacking.any():
-        return
-    text = f"{lacking.sum()} of {len(lacking)} states are not scored yet"
-    if len(set(missing.values())) > 1:
-        by_metric = ", ".join(f"{count} lack {metric}" for metric, count in missing.items())
-        text += f", or not in full: {by_metric}"
-    yield Notice(
-        f"{text}. This command scores them, and of those that cannot be simulated it says why:",
-        _command(subject, subject.metrics),
-    )
-
-
-def _unasked(subject: Subject) -> Iterator[Notice]:
-    """Metrics that the run was not asked for."""
+def _about_scores(subject: Subject) -> Iterator[Notice]:
+    """States that lack a score, and metrics that the run was not asked for."""
+    lacks = {metric: np.isnan(values) for metric, values in subject.labelled.scores.items()}
+    missing = {metric: int(own.sum()) for metric, own in lacks.items()}
+    if any(missing.values()):
+        lacking = np.any([*lacks.values()], axis=0)
+        text = f"{lacking.sum()} of {len(lacking)} states are not scored yet"
+        if len(set(missing.values())) > 1:
+            by_metric = ", ".join(f"{count} lack {metric}" for metric, count in missing.items())
+            text += f", or not in full: {by_metric}"
+        text += ". This command scores them, and of those that cannot be simulated it says why:"
+        yield Notice(text, _command(subject, subject.metrics))
     asked = USUAL if subject.run.future else [m for m in METRICS if m not in TIMED]
-    there = [m for m in asked if subject.several or not m.endswith(ANY)]
+    labelled = subject.labelled
+    several = labelled.captured_any is not None or labelled.success_any is not None
+    there = [m for m in asked if several or not m.endswith(ANY)]
     unasked = [metric for metric in there if metric not in subject.metrics]
     if unasked:
-        yield Notice(
-            f"This run has no scores of {', '.join(unasked)}. As far as the task has these, "
-            "this adds a run with all scores, and computes only what is new:",
-            _command(subject, [*subject.metrics, *unasked] if subject.run.future else None),
-        )
+        text = f"This run has no scores of {', '.join(unasked)}. As far as the task has these, "
+        text += "this adds a run with all scores, and computes only what is new:"
+        every = [*subject.metrics, *unasked] if subject.run.future else None
+        yield Notice(text, _command(subject, every))
 
 
-def _no_dataset(subject: Subject, output: Path) -> Iterator[Notice]:
+def _about_files(subject: Subject, output: Path) -> Iterator[Notice]:
+    """A dataset that is not there, and scores of another version."""
     if subject.dataset is None:
         words = ["energymargin", "report", str(subject.path), "--data", "DATASET.h5"]
         if subject.runs > 1:
             words += ["--run", str(subject.run.number)]
         if output != subject.path.with_suffix(".html"):
             words += ["-o", str(output)]
-        yield Notice(
-            f"Without the dataset there are no pictures of states, and frames instead of times: "
-            f"{subject.lacking}. With it:",
-            shlex.join(words),
-        )
-
-
-def _other_algorithm(subject: Subject) -> Iterator[Notice]:
+        text = "Without the dataset there are no pictures of states, and frames instead of times: "
+        yield Notice(f"{text}{subject.lacking}. With it:", shlex.join(words))
     if not subject.run.up_to_date:
-        yield Notice(
-            f"The scores are of algorithm {subject.run.algorithm}, and this energymargin has "
-            f"{em.searches.algorithm()}: the trees in the pictures are searched again and may "
-            "differ."
-        )
+        text = f"The scores are of algorithm {subject.run.algorithm}, and this energymargin has "
+        way = "the trees in the pictures are searched again and may differ."
+        yield Notice(f"{text}{em.searches.algorithm()}: {way}")
 
 
 def _command(subject: Subject, metrics: Sequence[str] | None) -> str | None:
     """That scores the run's dataset with its settings; None if they are not of that command."""
     known = {own.name: own for own in fields(em.searches.SearchSettings)}
-    if not set(subject.run.settings) <= set(known):
-        return None
     future = subject.run.future
-    if future is not None and future != em.datasets.Future(future.frames, future.plan):
+    usual = future is None or future == em.datasets.Future(future.frames, future.plan)
+    if not (usual and set(subject.run.settings) <= set(known)):
         return None
-    dataset = str(subject.data_path or "DATASET.h5")
-    words = ["energymargin", "score", dataset, "-o", str(subject.path)]
-    if metrics is None and future is None:
-        words.append("--paper")
-    elif metrics is not None:
+    words = ["energymargin", "score", str(subject.data_path or "DATASET.h5")]
+    words += ["-o", str(subject.path)]
+    if metrics is not None:
         words += ["--metrics", ",".join(metrics)]
+    elif future is None:
+        words.append("--paper")
     if future is not None:
         words += ["--frames", str(future.frames), "--plan", future.plan or "none"]
     for name, value in subject.run.settings.items():
-        if value is True:
-            words.append(flag_of(known[name]))
-        elif value != known[name].default:
-            words += [flag_of(known[name]), str(value)]
-    if subject.run.sampling is not None:
-        words += ["--belief", subject.run.sampling.uncertainty.to_json()]
-        words += ["--particles", str(subject.run.sampling.particles)]
+        if value != known[name].default:
+            words += [flag_of(known[name]), *([] if value is True else [str(value)])]
+    if (sampling := subject.run.sampling) is not None:
+        words += ["--belief", sampling.uncertainty.to_json()]
+        words += ["--particles", str(sampling.particles)]
     return shlex.join(words)

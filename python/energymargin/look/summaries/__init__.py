@@ -2,7 +2,7 @@
 
 from collections import ChainMap
 
-from energymargin.look.summaries import actions, companions, scores, searches
+from energymargin.look.summaries import companions, scores, searches
 
-SUMMARIES = ChainMap(*map(vars, (searches, scores, actions, companions)))
+SUMMARIES = ChainMap(*map(vars, (searches, scores, companions)))
 """All functions by their names."""

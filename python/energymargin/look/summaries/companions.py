@@ -9,8 +9,8 @@ import numpy as np
 
 import energymargin as em
 from energymargin.base.summary import MOST_ROWS, Picture, Summary
-from energymargin.base.table_text import DASH, sentence
-from energymargin.look.summaries.words import UNFINISHED, stacked
+from energymargin.base.table_text import DASH, counted, sentence
+from energymargin.look.summaries.scores import stacked
 
 if TYPE_CHECKING:
     from energymargin.grasps.trials import GraspTrials
@@ -19,6 +19,7 @@ _MOVED = (
     "in {:.0%} of the trials the hand was in the object or the table and got another pose: it may "
     "look better than it is"
 )
+OVERLAP = "{} and {} overlap by {:.2g} mm at the start."
 
 
 def grasp_scores(scores: em.grasps.GraspScores) -> Summary:
@@ -32,7 +33,7 @@ def grasp_scores(scores: em.grasps.GraspScores) -> Summary:
         doubtful = third + np.sort(np.argsort(doubt, kind="stable")[:third])
         ranks = np.concatenate([ranks[:third], doubtful, ranks[-third:]])
     table = scores.table(ranks.tolist())
-    lead = f"{_counted(n, 'grasp')}, {_counted(trials, 'trial')} of {scores.horizon:g} s each"
+    lead = f"{counted(n, 'grasp')}, {counted(trials, 'trial')} of {scores.horizon:g} s each"
     lead += "; the best, the most doubtful and the worst" * (len(ranks) < len(order))
     notes = [sentence(note) for note in _grasp_notes(scores) if note]
     picture = Picture("plot_grasps", scores, "probabilities with their 95 % intervals, by rank")
@@ -48,9 +49,8 @@ def grasp_calibration(found: em.grasps.GraspCalibration) -> Summary:
         for name, count, back, before, after in zip(*columns, strict=True)
     ]
     head = ("group", "grasps", "moved back", "possible before", "possible after")
-    return Summary(
-        "", rows, head, ["Possible: the open hand is free, the object between the pads."]
-    )
+    note = "Possible: the open hand is free, the object between the pads."
+    return Summary("", rows, head, [note])
 
 
 def grasp_trials(asked: GraspTrials) -> Summary:
@@ -79,24 +79,18 @@ def _grasp_notes(scores: em.grasps.GraspScores) -> list[str]:
         _against_labels(scores),
         _MOVED.format(moved / made) if moved else "",
         *scores.warnings,
-        f"not complete: {missing} of {n} grasps were not scored" if missing else "",
+        f"{missing} of {n} grasps were not scored" if missing else "",
     ]
 
 
 def grasp_comparison(result: em.grasps.GraspComparison) -> Summary:
     """AUC and AP of each score, of the pairs within an object, and how far it is behind."""
     head = ("score", "AUC/AP", "AUC within an object", "behind the probability")
-    rows = [
-        (
-            name,
-            stacked(one.cell),
-            _with_span(one.within, one.within_interval),
-            DASH if one.ahead_interval is None else _with_span(one.ahead, one.ahead_interval),
-        )
-        for name, one in result.scores.items()
-    ]
-    things = ", ".join(result.objects)
-    lead = f"{result.held} of {result.grasps} grasps hold ({things})."
+    rows = []
+    for name, one in result.scores.items():
+        ahead = DASH if one.ahead_interval is None else _with_span(one.ahead, one.ahead_interval)
+        rows.append((name, stacked(one.cell), _with_span(one.within, one.within_interval), ahead))
+    lead = f"{result.held} of {result.grasps} grasps hold ({', '.join(result.objects)})."
     notes = [f"{result.left_out} grasps have no label or no probability."] * (result.left_out > 0)
     return Summary("Which grasps hold", rows, head, notes, lead=lead)
 
@@ -109,7 +103,6 @@ def _with_span(value: float, interval: tuple[float, float] | None) -> str:
 
 def _against_labels(scores: em.grasps.GraspScores) -> str:
     """The AUC of the probabilities, if there are labels of both kinds."""
-
     try:
         found = em.grasps.compare({"": scores}, columns={"": {}})
     except ValueError:
@@ -121,23 +114,16 @@ def _against_labels(scores: em.grasps.GraspScores) -> str:
     return f"{within} against the labels: {found.held} held, {lost} lost"
 
 
-def _counted(number: int, thing: str) -> str:
-    return f"{number} {thing}{'s' * (number != 1)}"
-
-
 def settled(found: em.placing.Settled) -> Summary:
     """A row for each body that does not stay, the farthest first."""
     head = ("body", "", "moved [mm]", "turned [deg]", "dropped [mm]", "from, to [s]", "rests on")
     rows = [_of_body(found[name]) for name in found.moved]
-    count = len(found.bodies)
-    verdict = "Nothing moves." if found.stays else f"{len(rows)} of {count} bodies move."
+    some = f"{len(rows)} of {len(found.bodies)} bodies move."
+    verdict = "Nothing moves." if found.stays else some
     notes = [f"{verdict} Simulated: {found.time:.3g} s, {found.steps} steps."]
-    notes += [
-        f"{a} and {b} overlap by {1e3 * d:.2g} mm at the start." for a, b, d in found.overlaps
-    ]
+    notes += [OVERLAP.format(a, b, 1e3 * depth) for a, b, depth in found.overlaps]
     if found.unconverged:
         notes.append(f"{found.unconverged} steps did not converge.")
-    notes += [] if found.complete else [UNFINISHED]
     return Summary("", rows, head if rows else (), notes)
 
 
@@ -151,23 +137,15 @@ def _of_body(body: em.placing.RestingBody) -> tuple[str, ...]:
 def resting_poses(found: em.placing.RestingPoses) -> Summary:
     """A row for each pose, the most probable first."""
     head = ("pose", "probability", "dropped", "height [mm]", "topples at [deg]", "least work [J]")
-    rows = [
-        (
-            number,
-            f"{one.probability:.3f}",
-            DASH if math.isnan(one.dropped) else f"{one.dropped:.3f}",
-            f"{1e3 * one.height:.1f}",
-            f"{math.degrees(one.largest_tilt):.1f}",
-            f"{one.least_work:.3g} to {min(one.work, key=one.work.__getitem__)}"
-            if one.work
-            else DASH,
-        )
-        for number, one in enumerate(found.poses[:MOST_ROWS])
-    ]
-    notes = [] if found.complete else [UNFINISHED]
-    if found.drops:
-        apart = f"they differ from the probabilities by {found.total_variation:.3f} in all."
-        notes.append(f"Of {found.drops} simulated drops; {apart}")
+    rows = []
+    for number, one in enumerate(found.poses[:MOST_ROWS]):
+        dropped = DASH if math.isnan(one.dropped) else f"{one.dropped:.3f}"
+        size = f"{1e3 * one.height:.1f}", f"{math.degrees(one.largest_tilt):.1f}"
+        way = min(one.work, key=one.work.__getitem__, default=None)
+        work = DASH if way is None else f"{one.least_work:.3g} to {way}"
+        rows.append((number, f"{one.probability:.3f}", dropped, *size, work))
+    apart = f"they differ from the probabilities by {found.total_variation:.3f} in all."
+    notes = [f"Of {found.drops} simulated drops; {apart}"] if found.drops else []
     picture = Picture("plot_resting_pose", found, "the most probable pose") if rows else None
     return Summary("", rows, head, notes, total=len(found), picture=picture)
 
@@ -181,7 +159,6 @@ def stack_robustness(found: em.placing.StackRobustness) -> Summary:
         "its plan {} times as fast": found.speed,
     }
     notes = [_of_support(words, one) for words, one in asked.items() if one is not None]
-    notes += [] if found.complete else [UNFINISHED]
     return Summary("", rows, ("body", "least effort [J]", "it", "takes along"), notes)
 
 

@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
-from numpy.typing import NDArray
 
 import energymargin as em
-from energymargin.base.metrics import ANY, TIMED, value_text
+from energymargin.base.aliases import Floats
+from energymargin.base.metrics import ANY, TIMED, unit, value_text
 from energymargin.base.summary import MOST_ROWS, Summary
+from energymargin.base.table_text import DASH
 from energymargin.evaluate.futures import disturbance_in_words
-from energymargin.look.summaries.words import named, parameters_text, short, stacked
 
 
 def score_table(scores: em.ScoreTable) -> Summary:
     """The first problems' scores, a row each."""
-    rows = [
-        (int(scores.index[i]), *(value_text(m, values[i]) for m, values in scores.scores.items()))
-        for i in range(min(len(scores), MOST_ROWS))
-    ]
+    columns = [[value_text(m, v) for v in own[:MOST_ROWS]] for m, own in scores.scores.items()]
+    rows = list(zip(scores.index[:MOST_ROWS].tolist(), *columns, strict=True))
     notes = [f"{float(np.sum(scores.seconds)):.3g} s of computing."]
-    notes += [] if scores.complete else ["Not complete: some problems were not scored in time."]
     head = ("problem", *map(named, scores.scores))
     return Summary("Scores", rows, head, notes, total=len(scores))
 
@@ -31,14 +31,12 @@ def labelled_scores(labelled: em.evaluation.LabelledScores) -> Summary:
     rows = [(named(name), *_counts(values)) for name, values in labelled.scores.items()]
     members = labelled.by_trajectory() if states else []
     good = sum(bool(labelled.success[own[-1]]) for own in members)
-    note = (
-        f"Captured: {int(labelled.captured.sum())} of {states} states; "
-        f"successful: {good} of {len(members)} trajectories."
-    )
+    note = f"Captured: {int(labelled.captured.sum())} of {states} states; "
+    note += f"successful: {good} of {len(members)} trajectories."
     return Summary(f"Labelled scores of {labelled.task}", rows, head, [note])
 
 
-def _counts(values: NDArray[np.float64]) -> tuple[object, ...]:
+def _counts(values: Floats) -> tuple[object, ...]:
     missing, infinite = int(np.isnan(values).sum()), int(np.isinf(values).sum())
     counts = (len(values) - missing, missing, infinite)
     finite = values[np.isfinite(values)]
@@ -144,3 +142,25 @@ def dataset(recorded: em.datasets.Dataset) -> Summary:
         ("seed", recorded.seed),
     ]
     return Summary(f"Dataset of {recorded.task}", rows)
+
+
+def named(metric: str) -> str:
+    """A metric with its unit."""
+    return f"{metric} [{unit(metric)}]" if unit(metric) else metric
+
+
+def parameters_text(values: Mapping[str, Any]) -> str:
+    """Parameters in words; None is one that is drawn at random for each trajectory."""
+    given = values.items()
+    parts = (f"{n} drawn at random" if v is None else f"{n} = {short(v)}" for n, v in given)
+    return ", ".join(parts) or "nothing"
+
+
+def short(value: Any) -> str:
+    """A setting's value."""
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def stacked(cell: em.evaluation.Cell | None) -> str:
+    """A value, and below it its intervals."""
+    return DASH if cell is None else "\n".join((cell.value(), *cell.intervals()))

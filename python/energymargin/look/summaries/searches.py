@@ -1,4 +1,5 @@
-"""Summaries of searches, and of what is asked of them: problems, plans and scenes."""
+"""Summaries of searches, of what is asked of them, of choices between plans, and of how much
+something can take."""
 
 from __future__ import annotations
 
@@ -6,12 +7,15 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+import numpy as np
+
 import energymargin as em
 from energymargin import _core
+from energymargin.base.metrics import value_text
 from energymargin.base.summary import Picture, Summary
-from energymargin.base.table_text import sentence
+from energymargin.base.table_text import DASH, sentence
 from energymargin.evaluate.futures import plan_rows
-from energymargin.look.summaries.words import UNFINISHED
+from energymargin.look.summaries.scores import named
 
 NONE_FOUND = "infinite: no way out was found"
 NOTHING_SEARCHED = "It was stopped before anything was searched: there is no value."
@@ -62,10 +66,8 @@ def _search(title: str, rows: Mapping[str, object], result: Any, size: int) -> S
 
 def force_score(score: _core.ForceScore) -> Summary:
     """The score and its terms."""
-    rows = [
-        ("score", _without_noise(score.force)),
-        ("distance of object and effector", f"{_without_noise(score.distance)} m"),
-    ]
+    rows = [("score", _without_noise(score.force))]
+    rows.append(("distance of object and effector", f"{_without_noise(score.distance)} m"))
     for name, terms in (("effector", score.effector), ("all else", score.ground)):
         rows.append((f"{name}: normal forces", f"{_without_noise(terms.engage)} N"))
         rows.append((f"{name}: to the friction cones' edges", f"{_without_noise(terms.stick)} N"))
@@ -92,9 +94,8 @@ def _energy(energy: float) -> str:
 
 
 def _notes(result: Any) -> list[str]:
-    """Warnings as sentences, and whether it was stopped."""
-    sentences = [sentence(warning) for warning in getattr(result, "warnings", ())]
-    return sentences if result.complete else [*sentences, UNFINISHED]
+    """Warnings as sentences."""
+    return [sentence(warning) for warning in getattr(result, "warnings", ())]
 
 
 def capture_probability(found: _core.CaptureProbability) -> Summary:
@@ -104,11 +105,8 @@ def capture_probability(found: _core.CaptureProbability) -> Summary:
         low, high = found.interval(which=which)
         return f"{value:.3f} ({low:.3f} to {high:.3f} with 95 % confidence)"
 
-    if found.undisturbed is None:
-        undisturbed = "was not asked for"
-    elif found.undisturbed:
-        undisturbed = "stays captured"
-    else:
+    undisturbed = "stays captured" if found.undisturbed else "was not asked for"
+    if found.undisturbed is False:
         undisturbed = f"leaves at {found.undisturbed_time:.3g} s"
     if found.undisturbed_success is not None:
         undisturbed += ", succeeds" if found.undisturbed_success else ", does not succeed"
@@ -126,8 +124,7 @@ def capture_probability(found: _core.CaptureProbability) -> Summary:
         rows["success at the end"] = with_interval(found.success, "success")
     if found.any is not None:
         rows["captured, at least one object"] = with_interval(found.any.captured, "any")
-    for name, each in found.by_object.items():
-        rows[f"captured, {name}"] = f"{each.captured:.3f}"
+    rows |= {f"captured, {name}": f"{one.captured:.3f}" for name, one in found.by_object.items()}
     rows["rollouts"] = rollouts
     curve = Picture("plot_probability", found, "its curve", {"legend": False})
     return Summary("Probability", list(rows.items()), notes=_notes(found), picture=curve)
@@ -156,8 +153,7 @@ def problem(asked: _core.Problem) -> Summary:
         ("measured contacts", "none" if contacts is None else len(contacts)),
         *em.futures.future_rows(asked),
     ]
-    state = Picture("plot_state", asked, STATE, {"detail": DETAIL})
-    return Summary("Problem", rows, picture=state)
+    return Summary("Problem", rows, picture=Picture("plot_state", asked, STATE, {"detail": DETAIL}))
 
 
 def plan(of_robot: _core.Plan) -> Summary:
@@ -170,9 +166,9 @@ def scene(made: _core.Scene) -> Summary:
     head = ("body", "role", "shape", "mass [kg]", "friction")
     bodies = []
     for body in made.bodies:
-        mass = "kinematic" if body.kinematic else f"{body.mass:.4g}"
+        moves = "kinematic" if body.kinematic else f"{body.mass:.4g}"
         role, shape = body.role.replace("none", ""), type(body.shape).__name__
-        mass = "fixed" if body.fixed else mass
+        mass = "fixed" if body.fixed else moves
         bodies.append((body.name, role, shape, mass, f"{body.friction:.3g}"))
     note = f"{len(made.joints)} joints, {len(made.springs)} springs, gravity "
     note += f"{_vector(made.gravity, 'm/s²')}, {made.dimension} numbers in a state"
@@ -200,3 +196,145 @@ def _bodies_in_words(scene: _core.Scene) -> str:
         more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
         parts += [f"{title}: {', '.join(names[:MOST_NAMES])}{more}"] if names else []
     return "; ".join(parts)
+
+
+WILD = "{0.diverged} of {0.draws} rollouts of {0.name} diverged, and do not count."
+
+
+def ranking(result: em.Ranking) -> Summary:
+    """The candidates from the best to the worst, beside their intervals; and the decision."""
+    metric = result.metric
+    rows = []
+    for place, one in enumerate(result, 1):
+        score, low, high = (value_text(metric, each) for each in (one.score, one.low, one.high))
+        rows.append((place, one.name, score, f"{low} to {high}", one.draws, result.left(one.name)))
+    wild = [WILD.format(one) for one in result if one.diverged]
+    head = ("", "candidate", named(metric), "95 % interval", "draws", "")
+    picture = Picture("plot_ranking", result, "the candidates with their intervals")
+    return Summary("", rows, head, [sentence(result.decision), *wild], picture=picture)
+
+
+def improvement(result: em.Improvement) -> Summary:
+    """The parameters before and after, and the last comparison."""
+    start, found = result.start, result.values
+    rows = [(name, f"{start[name]:.4g}", f"{found[name]:.4g}") for name in found]
+    head, notes = ("parameter", "start", "found"), [sentence(result.decision)]
+    return Summary("", rows, head, notes, further=ranking(result.ranking))
+
+
+def margin_profile(result: em.MarginProfile) -> Summary:
+    """Where it is weakest, beside the probability at each moment."""
+    rows = [
+        ("moments", len(result)),
+        ("of them captured", int(result.captured.sum())),
+        ("from, to", f"{result.times[0]:.4g} s, {result.times[-1]:.4g} s"),
+    ]
+    picture = Picture("plot_margin_profile", result, "the probability at each moment")
+    return Summary("Margin along a plan", rows, notes=[f"{result.summary}."], picture=picture)
+
+
+def critical_value(one: em.CriticalValue) -> Summary:
+    """Where it holds, with the interval, and what it took."""
+    holds, ends = _where_it_holds(one)
+    rows = [
+        ("holds", holds),
+        (f"{one.confidence:.0%} interval", ends),
+        ("captured with probability", f"{one.probability:g}"),
+        ("rollouts", one.rollouts),
+    ]
+    notes = ["Not monotone: new draws have tested the ends."] if one.monotone is False else []
+    picture = Picture("plot_critical_value", one, "What is known of the probability.")
+    return Summary(f"Critical {one.quantity}", rows, notes=notes, picture=picture)
+
+
+def critical_values(found: em.actions.CriticalValues) -> Summary:
+    """A row for each: nominal value, where it holds, with the interval, and margin."""
+    rows = [
+        (one.quantity, _with_unit(nominal, one.unit), *_where_it_holds(one), _margin(margin))
+        for one, nominal, margin in zip(found, found.nominals, found.margins, strict=True)
+    ]
+    first = found.tightest
+    notes = [found.question] + ([] if first is None else [f"Tightest: {first.quantity}."])
+    head = ("quantity", "nominal", "holds", "interval", "margin")
+    picture = Picture("plot_critical_values", found, "How far each is from where it fails.")
+    return Summary("", rows, head, notes, picture=picture)
+
+
+def critical_curve(curve: em.CriticalCurve) -> Summary:
+    """A row for each point."""
+    points = zip(curve.values, curve.found, strict=True)
+    rows = [(_with_unit(value, curve.unit), *_where_it_holds(one)) for value, one in points]
+    notes = [f"All intervals together cover the line with {curve.confidence:.0%}."]
+    picture = Picture("plot_critical_curve", curve, "The line between held and lost.")
+    head = (curve.quantity, curve.found[0].quantity, "interval")
+    return Summary("", rows, head, notes, picture=picture)
+
+
+def grasp_limits(found: em.grasps.GraspLimits) -> Summary:
+    """A row for each grasp, with where it holds and the interval for each quantity."""
+    columns = found.limits.values()
+    rows = [
+        (name, *(_of_grasp(column[k], found.errors.get(k)) for column in columns))
+        for k, name in enumerate(found.grasps.names)
+    ]
+    return Summary("", rows, ("grasp", *found.limits))
+
+
+def _of_grasp(one: em.CriticalValue | None, error: str | None) -> str:
+    if one is None:
+        return error or "not made"
+    return f"{_where_it_holds(one)[0]}\n{_where_it_holds(one)[1]}"
+
+
+def diagnosis(found: em.mujoco.Diagnosis) -> Summary:
+    """A row for each finding."""
+    rows = [(one.kind, one.where, one.text) for one in found.findings]
+    return Summary("", rows, ("what", "where", "how"), [] if rows else ["Nothing was found."])
+
+
+def outcome_comparison(found: em.actions.OutcomeComparison) -> Summary:
+    """Both means, who won how often, and since when it is sure."""
+    won, rows = (found.wins, found.losses), []
+    for k, (mean, (low, high)) in enumerate(zip(found.means, found.intervals, strict=True)):
+        interval = "" if math.isnan(low) else f"{low:.2f} to {high:.2f}"
+        rows.append(("ab"[k], f"{mean:.3g}", interval, won[k]))
+    said = f"{found.better} is better, with {found.confidence:.0%} since pair {found.decided}."
+    note = said if found.better else f"After {found.pairs} pairs neither is sure to be better."
+    return Summary("", rows, ("", "mean", "interval", "did better"), [note])
+
+
+def engine_comparison(found: em.EngineComparison) -> Summary:
+    """A row for each engine; all but the first beside that."""
+    rows, first = [], found.exit_times[0]
+    for i, (name, p) in enumerate(zip(found.engines, found.probabilities, strict=True)):
+        low, high = p.interval()
+        here = found.exit_times[i]
+        pairs = (here, first), (first, here)
+        lost = [int((np.isfinite(one) & np.isinf(other)).sum()) for one, other in pairs]
+        both = np.isfinite(first) & np.isfinite(here)
+        later = float(np.median(here[both] - first[both])) if both.any() else 0.0
+        beside = (*lost, f"{1000 * later:+.3g} ms", f"{1000 * found.distances[i, -1]:.3g} mm")
+        captured = f"{p.captured:.3g} [{low:.3g}, {high:.3g}]"
+        rows.append((name, captured, *(beside if i else (DASH,) * 4)))
+    head = ("engine", "captured", "lost here alone", "lost there alone", "lost later by")
+    return Summary("", rows, (*head, "undisturbed, apart"))
+
+
+def _where_it_holds(one: em.CriticalValue) -> tuple[str, str]:
+    """In words, and the intervals, a part for each crossing."""
+    if not one.crossings:
+        low, high = (_with_unit(end, one.unit) for end in one.range)
+        return "not known" if one.side == "unknown" else one.side, f"asked from {low} to {high}"
+    holds = [f"{side} {_with_unit(value, one.unit)}" for value, _, _, side in one.crossings]
+    ends = [f"{low:.4g} to {_with_unit(high, one.unit)}" for _, low, high, _ in one.crossings]
+    return " and ".join(holds), " and ".join(ends)
+
+
+def _with_unit(value: float, unit: str) -> str:
+    return f"{value:.4g} {unit}".rstrip()
+
+
+def _margin(margin: float) -> str:
+    if math.isnan(margin):
+        return "not known"
+    return f"{margin:+.0%}" if math.isfinite(margin) else DASH

@@ -21,14 +21,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from PIL import Image
 
+from energymargin.base.aliases import AnyPath
 from energymargin.base.errors import needs_extra
-from energymargin.base.replacing import replace_bytes, replace_text
-from energymargin.look.viewer.search import Scored
+from energymargin.base.replacing import PAGES, replace_bytes, replace_text, require_suffix
+from energymargin.look.viewer.sources import Scored
 
 if TYPE_CHECKING:
     from playwright import sync_api
 
-SUFFIXES = (".html", ".htm")
 HEIGHT = 640  # pixels, in a notebook
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 # Drawn without a graphics card, so that a picture is the same on all machines; and nothing is asked
@@ -69,25 +69,35 @@ class Page:
         """The page, as text."""
         self.html = re.sub("%(title|data|three)%", lambda hole: parts[hole[1]], self.html)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
+    def save(self, path: AnyPath) -> None:
         """Writes the page; what is there is replaced.
 
         Raises ValueError on a name without .html or .htm, OSError if it cannot be written.
         """
         path = Path(path)
-        if path.suffix not in SUFFIXES:
-            expected = " or ".join(SUFFIXES)
-            raise ValueError(f"path is {str(path)!r}, expected a name with {expected}")
+        require_suffix("path", path, PAGES)
         replace_text(path, self.html)
 
-    def draw(self, path: str | os.PathLike[str], size: tuple[int, int]) -> None:
+    def draw(self, path: AnyPath, size: tuple[int, int]) -> None:
         """Draws the page of so many pixels: a picture (.png), or what it plays first, over and over
         (.gif).
 
-        Raises ImportError without a browser or the extra [screenshot], OSError if it cannot be
-        written.
+        Raises ImportError without a browser or the extra [screenshot], ValueError on a GIF of a
+        page that plays nothing, RuntimeError if the browser fails, and OSError if the file cannot
+        be written.
         """
-        draw_page(self.html, Path(path), size)
+        path = Path(path)
+        with headless_page(size) as page:
+            from playwright.sync_api import Error
+
+            page.set_default_timeout(1e3 * PATIENCE)
+            try:
+                page.set_content(self.html)
+                body = page.locator("body")
+                drawn = _played(page) if path.suffix == ".gif" else body.screenshot()
+            except Error as error:
+                raise RuntimeError(f"the browser gave up: {str(error).splitlines()[0]}") from error
+        replace_bytes(path, drawn)
 
     def __repr__(self) -> str:
         """What it shows."""
@@ -117,31 +127,8 @@ def headless_page(size: tuple[int, int] = (1400, 900)) -> Iterator[sync_api.Page
                 f"there is no browser that starts ({str(error).splitlines()[0]}): "
                 "apt install chromium, or playwright install chromium"
             ) from error
-        try:
+        with browser:
             yield browser.new_page(viewport={"width": size[0], "height": size[1]})
-        finally:
-            browser.close()
-
-
-def draw_page(html: str, path: Path, size: tuple[int, int]) -> None:
-    """A picture of a page (PNG), or of what it plays first, over and over (GIF).
-
-    Raises ImportError without a browser, ValueError on a GIF of a page that plays nothing,
-    RuntimeError if the browser fails, and OSError if the file cannot be written.
-    """
-    from playwright.sync_api import Error
-
-    with headless_page(size) as page:
-        try:
-            page.set_content(html, timeout=1e3 * PATIENCE)
-            drawn = _played(page) if path.suffix == ".gif" else _shown(page.locator("body"))
-        except Error as error:
-            raise RuntimeError(f"the browser gave up: {str(error).splitlines()[0]}") from error
-    replace_bytes(path, drawn)
-
-
-def _shown(part: sync_api.Locator) -> bytes:
-    return part.screenshot(timeout=1e3 * PATIENCE)
 
 
 def _played(page: sync_api.Page) -> bytes:
@@ -153,7 +140,7 @@ def _played(page: sync_api.Page) -> bytes:
     pictures = []
     for moment in [*moments.tolist(), len(times) - 1]:
         page.evaluate("moment => { byId('moment').value = moment; showMoment(); }", moment)
-        image = Image.open(io.BytesIO(_shown(page.locator("#picture")))).convert("RGB")
+        image = Image.open(io.BytesIO(page.locator("#picture").screenshot())).convert("RGB")
         pictures.append(image.quantize(COLORS, dither=Image.Dither.NONE))
     each = round(1e3 * times[-1] / FRAMES)
     look: dict[str, Any] = {"duration": [*[each] * FRAMES, REST], "loop": 0, "optimize": True}

@@ -7,10 +7,10 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 from fast_simplification import simplify
-from numpy.typing import NDArray
 from skimage.measure import marching_cubes
 
 import energymargin as em
+from energymargin.base.aliases import Floats, Ints, Mask
 from energymargin.look.outlines import AXES, object_centers, seen_corners
 from energymargin.look.plots.scenes import inside_at
 
@@ -28,23 +28,21 @@ FLAT = 0.002  # height of a slab, as a share of the view's size
 MOST_TRIANGLES = 3000  # a flat surface needs few, and browsers without a graphics card are slow
 HALVINGS = 6  # of a cell, until the border is found
 
-Points = NDArray[np.float64]
-
 
 class Surface(NamedTuple):
     """A closed surface of triangles, seen from outside against the clock."""
 
-    points: Points
+    points: Floats
     """Corners [m], shape (N, 3)."""
-    faces: NDArray[np.int64]
+    faces: Ints
     """Three corners each, shape (F, 3)."""
 
 
 class View(NamedTuple):
     """A box [m] that holds what matters."""
 
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
+    low: Floats
+    high: Floats
     floor: float
     """Height of the ground, or of the lowest point if there is none."""
 
@@ -54,12 +52,12 @@ class View(NamedTuple):
         return float((self.high - self.low).max())
 
     @property
-    def center(self) -> NDArray[np.float64]:
+    def center(self) -> Floats:
         """Its middle."""
         return np.asarray((self.low + self.high) / 2)
 
 
-def view_around(scene: em.Scene, states: Iterable[NDArray[np.float64]]) -> View:
+def view_around(scene: em.Scene, states: Iterable[Floats]) -> View:
     """A view of objects and effector in these states."""
     states = list(states)
     points = seen_corners(scene, states, AXES)
@@ -71,7 +69,7 @@ def view_around(scene: em.Scene, states: Iterable[NDArray[np.float64]]) -> View:
     return View(low - around, high + around, max(level, default=float(low[2])))
 
 
-def is_flat(problem: em.Problem, states: NDArray[np.float64], view: View) -> bool:
+def is_flat(problem: em.Problem, states: Floats, view: View) -> bool:
     """Whether no object is lifted or tipped: neither in these states, shape (K, n), nor by the
     disturbance."""
     if problem.force[2] != 0.0 or np.any(problem.torque[:2] != 0.0):
@@ -97,7 +95,7 @@ def region_surface(
     """
     seen = AXES[:2] if flat else AXES
 
-    def contains(points: Points) -> NDArray[np.bool_]:
+    def contains(points: Floats) -> Mask:
         """Whether it is in the set with the objects' centres at each of the points, (N, 3)."""
         return inside_at(problem, region, points[:, : len(seen)], seen)
 
@@ -111,18 +109,12 @@ def region_surface(
         size[2] = FLAT * view.size
         axes[2] = np.array([view.floor + 2 * layer * size[2]])
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-    inside = contains(grid.reshape(-1, 3)).reshape(grid.shape[:3])
-    if flat:
-        inside = np.repeat(inside, 2, axis=2)
+    inside = np.repeat(contains(grid.reshape(-1, 3)).reshape(grid.shape[:3]), 1 + flat, axis=2)
     return _surface(inside, contains, grid[0, 0, 0], size, sides=2 if flat else 3)
 
 
 def _surface(
-    inside: NDArray[np.bool_],
-    contains: Callable[[Points], NDArray[np.bool_]],
-    start: NDArray[np.float64],
-    cell: NDArray[np.float64],
-    sides: int,
+    inside: Mask, contains: Callable[[Floats], Mask], start: Floats, cell: Floats, sides: int
 ) -> Surface | None:
     """Surface of the cells that are inside, closed one cell beyond the grid's ends; its border is
     looked for along the first so many axes."""
@@ -144,7 +136,6 @@ def _surface(
     share = np.where(refined, (within + beyond) / 2, 0.5)
     vertices = start + (low + share[:, None] * step - 1) * cell
     if len(faces) > MOST_TRIANGLES:
-        vertices, faces = cast(Any, simplify)(
-            vertices.astype(np.float32), faces.astype(np.int32), target_count=MOST_TRIANGLES
-        )
+        mesh = vertices.astype(np.float32), faces.astype(np.int32)
+        vertices, faces = cast(Any, simplify)(*mesh, target_count=MOST_TRIANGLES)
     return Surface(vertices, faces[:, ::-1])

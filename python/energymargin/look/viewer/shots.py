@@ -15,29 +15,22 @@ from typing import Any
 import matplotlib
 import numpy as np
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull
 
 import energymargin as em
+from energymargin.base.aliases import Floats, Ints, Mask
 from energymargin.look.outlines import object_centers
+from energymargin.look.plots import styles
 from energymargin.look.plots.scenes import leaving_objects, sets_of
-from energymargin.look.plots.styles import (
-    BODY_COLORS,
-    CAPTURED_COLOR,
-    COSTS,
-    LOST_COLOR,
-    SUCCEEDED_COLOR,
-)
-from energymargin.look.viewer.search import Scored
 from energymargin.look.viewer.sets import Surface, is_flat, region_surface, view_around
-
-Floats = NDArray[np.float64]
+from energymargin.look.viewer.sources import Scored
 
 # Opacities: the tree begins within the object, and walls often stand in front.
 OPACITY = {"object": 0.6, "effector": 1.0, "none": 0.35}
 GHOST = 0.25
 SET = {True: 0.3, False: 0.18}  # of sets that are flat, and of those that are looked through twice
-SETS = {"capture set": CAPTURED_COLOR, "success set": SUCCEEDED_COLOR}
+SETS = {"capture set": styles.CAPTURED_COLOR, "success set": styles.SUCCEEDED_COLOR}
 EDGE_COLOR, PATH_COLOR, FUTURE_COLOR = "#6E6E6E", "#000000", "#0072B2"
 FROM = {True: (0.25, -0.8, 1.0), False: (0.45, -1.0, 0.55)}  # the camera, from the middle; if flat
 GROUND_CELLS = 20  # of the ground, along the view
@@ -48,21 +41,16 @@ MOST_POINTS, MOST_EDGES = 20_000, 8_000
 SPOTS = (500, 350, 250, 175, 125)  # along the view's longest side; the coarsest is a dot's size
 
 
-class Blobs:
-    """Arrays of a page as base64, each once."""
-
-    def __init__(self) -> None:
-        """None yet."""
-        self._numbers: dict[bytes, int] = {}
+class Blobs(dict[bytes, int]):
+    """Arrays of a page as bytes, each once, with their numbers."""
 
     def add(self, array: ArrayLike, kind: type[np.generic] = np.float32) -> int:
         """The array's number."""
-        content = np.ascontiguousarray(array, kind).tobytes()
-        return self._numbers.setdefault(content, len(self._numbers))
+        return self.setdefault(np.ascontiguousarray(array, kind).tobytes(), len(self))
 
     def texts(self) -> list[str]:
-        """All of them, by number."""
-        return [base64.b64encode(content).decode() for content in self._numbers]
+        """All of them as base64, by number."""
+        return [base64.b64encode(content).decode() for content in self]
 
 
 class Shot:
@@ -71,6 +59,7 @@ class Shot:
     def __init__(self, blobs: Blobs, name: str, problem: em.Problem, states: Floats) -> None:
         """A problem's bodies in its state, in a view that holds these states, shape (K, n)."""
         self._blobs, self._problem = blobs, problem
+        self._solid = [b for b in problem.scene.bodies if not isinstance(b.shape, em.Plane)]
         states = states[np.isfinite(states).all(axis=1)]
         chosen = np.linspace(0, len(states) - 1, min(len(states), SAMPLES)).astype(int)
         self._view = view = view_around(problem.scene, states[chosen])
@@ -104,8 +93,8 @@ class Shot:
                 drawn.add(name)
         return drawn
 
-    def add_search(self, scored: Scored) -> tuple[int, int]:
-        """Adds a tree with its growth, and the way out; how many dots and edges are drawn."""
+    def add_search(self, scored: Scored) -> None:
+        """Adds a tree with its growth, and the way out."""
         size, add = self._view.size, self._blobs.add
         dots, edges = tree_parts(self._problem, scored, size)
         kinds: dict[str, type[np.generic]]
@@ -113,7 +102,7 @@ class Shot:
         for name, drawn in {"dots": dots, "edges": edges}.items():
             blobs = {key: add(array, kinds.get(key, np.float32)) for key, array in drawn.items()}
             self.content[name] = blobs
-        self.content |= {"dot": DOT * size, "edge colors": [EDGE_COLOR, LOST_COLOR]}
+        self.content |= {"dot": DOT * size, "edge colors": [EDGE_COLOR, styles.LOST_COLOR]}
         way = scored.way_out
         if way is not None and len(way.times) > 1:
             captions = [f"{t:.2f} s, {c:.3g} J" for t, c in zip(way.times, way.costs, strict=True)]
@@ -126,7 +115,6 @@ class Shot:
             times = np.arange(len(count)) / 15
             self.add_track("growth of the tree", self._problem.state[None], times, captions)
             self.content["tracks"][-1]["nodes"] = count
-        return len(dots["points"]), len(edges["points"])
 
     def add_future(self, future: em.futures.Undisturbed) -> None:
         """Adds the undisturbed future, with marks where objects leave."""
@@ -136,7 +124,7 @@ class Shot:
         if future.exit_moment is not None:
             centers = object_centers(self._problem.scene, future.states[[future.exit_moment]])[0]
             marks = centers[leaving_objects(self._problem, future)]
-            self.content["exit"] = {"points": self._blobs.add(marks), "color": LOST_COLOR}
+            self.content["exit"] = {"points": self._blobs.add(marks), "color": styles.LOST_COLOR}
 
     def add_track(self, name: str, states: Floats, times: Floats, captions: Sequence[str]) -> None:
         """Adds states to play, shape (K, n), at these times [s], shape (K,), with a text each; one
@@ -147,9 +135,9 @@ class Shot:
 
     def add_path(self, show: str, states: Floats, color: str) -> None:
         """Adds a line for each object's centre along these states, shape (K, n)."""
-        for way in object_centers(self._problem.scene, states).swapaxes(0, 1):
-            path = {"show": show, "points": self._blobs.add(way), "color": color}
-            self.content["paths"].append(path)
+        ways = object_centers(self._problem.scene, states).swapaxes(0, 1)
+        paths = [{"show": show, "points": self._blobs.add(way), "color": color} for way in ways]
+        self.content["paths"] += paths
 
     def _add_bodies(self) -> None:
         """Adds the bodies, planes as grounds, and springs."""
@@ -162,18 +150,13 @@ class Shot:
                 grounds.append({"normal": normal.tolist(), "center": center.tolist()})
             else:
                 mesh = self._mesh(shape_surface(body.shape))
-                look = {"color": BODY_COLORS[body.role], "opacity": OPACITY[body.role]}
+                look = {"color": styles.BODY_COLORS[body.role], "opacity": OPACITY[body.role]}
                 bodies.append({"mesh": mesh, "object": body.role == "object", **look})
-        names = [body.name for body in self._solid]
-        springs = [
-            [names.index(one.body_a), list(one.point_a), names.index(one.body_b), list(one.point_b)]
-            for one in scene.springs
-        ]
+        number, springs = {body.name: k for k, body in enumerate(self._solid)}, []
+        for one in scene.springs:
+            a, b = (number[one.body_a], list(one.point_a)), (number[one.body_b], list(one.point_b))
+            springs.append([*a, *b])
         self.content |= {"bodies": bodies, "grounds": grounds, "springs": springs, "pale": GHOST}
-
-    @property
-    def _solid(self) -> list[em.Body]:
-        return [b for b in self._problem.scene.bodies if not isinstance(b.shape, em.Plane)]
 
     def _poses(self, states: Floats) -> int:
         """Position and quaternion of each body that is no plane, float32 of (K, B, 7)."""
@@ -194,13 +177,10 @@ def shape_surface(shape: Any) -> Surface:
 
     Raises TypeError for a Plane, which has no end.
     """
-    points, faces, count = [], [], 0
-    for part in em.scenes.shape_parts(shape):
-        hull = ConvexHull(part)
-        points.append(part)
-        faces.append(hull.simplices.astype(np.int64) + count)
-        count += len(part)
-    return Surface(np.concatenate(points), np.concatenate(faces))
+    parts = em.scenes.shape_parts(shape)
+    starts = np.cumsum([0, *map(len, parts)])
+    faces = [ConvexHull(p).simplices + start for p, start in zip(parts, starts, strict=False)]
+    return Surface(np.concatenate(parts), np.concatenate(faces).astype(np.int64))
 
 
 def tree_parts(
@@ -215,13 +195,11 @@ def tree_parts(
     dots = _drawn(centers, nodes, scored, size, MOST_POINTS)
     edges = _drawn(lines, nodes[1:], scored, size, MOST_EDGES)
     shares = np.clip(tree.costs[dots["numbers"]] / max(scored.most, 1e-12), 0.0, 1.0)
-    dots["colors"] = matplotlib.colormaps[COSTS](shares, bytes=True)[:, :3]
+    dots["colors"] = matplotlib.colormaps[styles.COSTS](shares, bytes=True)[:, :3]
     return dots, edges
 
 
-def _drawn(
-    places: Floats, nodes: NDArray[np.int64], scored: Scored, size: float, most: int
-) -> dict[str, Any]:
+def _drawn(places: Floats, nodes: Ints, scored: Scored, size: float, most: int) -> dict[str, Any]:
     """What is drawn of N nodes or edges of k objects, shape (k, N, ...), sorted by their node."""
     points, numbers = places.reshape(-1, *places.shape[2:]), np.tile(nodes, len(places))
     outside, costs = scored.lost[nodes].T.ravel(), scored.tree.costs[numbers]
@@ -231,9 +209,7 @@ def _drawn(
     return {"points": points[drawn], "outside": outside[drawn], "numbers": numbers[drawn]}
 
 
-def one_a_spot(
-    values: Floats, kinds: NDArray[np.bool_], order: Floats, size: float, most: int
-) -> NDArray[np.int64]:
+def one_a_spot(values: Floats, kinds: Mask, order: Floats, size: float, most: int) -> Ints:
     """Rows of points or edges, shape (N, D), that are drawn: of those of one kind, shape (N,), on a
     spot the one that comes first in `order`, shape (N,); and at most so many. size: of the view
     [m]."""

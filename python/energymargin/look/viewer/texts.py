@@ -12,11 +12,10 @@ from matplotlib.colors import to_hex
 
 import energymargin as em
 from energymargin.base.metrics import TIMED, with_unit
-from energymargin.base.table_text import DASH
+from energymargin.base.table_text import DASH, counted
 from energymargin.look.plots import styles
-from energymargin.look.viewer.search import Scored
 from energymargin.look.viewer.shots import FUTURE_COLOR
-from energymargin.look.viewer.sources import EFFORT, Frames
+from energymargin.look.viewer.sources import EFFORT, Frames, Scored
 
 INK, PALE = "#3A3A3A", "#F3E3B6"  # of a dot whose colour is its cost; of a ghost on white
 STYLE = "font-size:0.85em;line-height:1.5;padding:0.1em 0.9em 0.4em"
@@ -43,12 +42,16 @@ def box(*parts: str) -> str:
     return f'<div style="{STYLE}">{"".join(parts)}</div>'
 
 
+def _alarming(text: str) -> str:
+    """Words in bold, in the colour of what is lost."""
+    return f'<b style="color:{styles.LOST_COLOR}">{text}</b>'
+
+
 def frame_text(frames: Frames, frame: int) -> str:
     """When a frame is, and its labels."""
     words = [f"<b>t = {frames.times[frame]:.2f} s</b>"] if len(frames.times) > 1 else []
     if frames.captured is not None:
-        lost = f'<b style="color:{styles.LOST_COLOR}">not captured</b>'
-        words.append("captured" if frames.captured[frame] else lost)
+        words.append("captured" if frames.captured[frame] else _alarming("not captured"))
     if frames.success is not None:
         words.append(f"the trajectory {'succeeds' if frames.success else 'fails'}")
     if frames.captured_any is not None and frames.captured_any[frame]:
@@ -94,7 +97,7 @@ def escape_text(scored: Scored) -> str:
     """Effort and time of the escape."""
     way = scored.way_out
     if way is None:
-        return plain(f"No escape was found with {_counted(scored.escape.nodes, 'node')}.")
+        return plain(f"No escape was found with {counted(scored.escape.nodes, 'node')}.")
     if len(way.times) == 1:
         return plain("It is out already: no effort is needed.")
     by_itself = ", by itself," if scored.escape.effort == 0.0 else ""
@@ -107,17 +110,8 @@ def future_text(problem: em.Problem, future: em.futures.Undisturbed | None, why:
     table = em.summary.Summary("", em.futures.future_rows(problem)).to_html()
     if future is None:
         return box(table, f"<div>It cannot be simulated: {escape(why)}</div>" if why else "")
-    words = "undisturbed it stays captured"
-    if future.exit is not None:
-        words = (
-            f'<b style="color:{styles.LOST_COLOR}">undisturbed it leaves at {future.exit:.2f} s</b>'
-        )
+    words = future.words if future.exit is None else _alarming(future.words)
     return box(table, f"<div>{words}</div>")
-
-
-def drawn_text(dots: int, edges: int) -> str:
-    """How much of the tree is drawn."""
-    return plain(f"{_counted(dots, 'dot')} and {_counted(edges, 'edge')} are drawn") if dots else ""
 
 
 def sets_text(problem: em.Problem, drawn: Collection[str]) -> str:
@@ -136,9 +130,8 @@ def legend(
     """What the colours and marks mean, of what there is."""
     square, line, diamond = "&#9632;", "&#9473;", "&#9670;"
     roles = {body.role for body in problem.scene.bodies}
-    marks = [
-        (square, styles.BODY_COLORS[role], str(role)) for role in sorted(roles - {"none"})[::-1]
-    ]
+    shown = sorted(roles - {"none"}, reverse=True)
+    marks = [(square, styles.BODY_COLORS[role], str(role)) for role in shown]
     marks.append((square, styles.CAPTURED_COLOR, "capture set"))
     if problem.succeeded is not None:
         marks.append((square, styles.SUCCEEDED_COLOR, "success set"))
@@ -155,19 +148,14 @@ def legend(
         f'<span style="white-space:nowrap"><span style="color:{color}">{mark}</span> {text}</span>'
         for mark, color, text in marks
     )
-    scale = "" if scored is None else _scale(scored)
-    return box(scale, words)
-
-
-def _counted(number: int, thing: str) -> str:
-    return f"{number:,} {thing}{'s' * (number != 1)}"
+    return box("" if scored is None else _scale(scored), words)
 
 
 def _notes(scored: Scored) -> str:
     """How many nodes or rollouts are behind the scores, and under which disturbance."""
     notes, found = [], scored.probability
     if scored.capture is not None:
-        notes.append(f"of {_counted(scored.nodes, 'node')}")
+        notes.append(f"of {counted(scored.nodes, 'node')}")
         if scored.force is None:
             notes.append("no effector, so no force score")
     elif found is not None:
@@ -176,8 +164,7 @@ def _notes(scored: Scored) -> str:
         if isinstance(model, em.disturbances.Uniform):
             words = em.futures.uniform_in_words(model)
         diverged = f", {found.diverged} diverged" if found.diverged else ""
-        notes.append(f"{_counted(found.rollouts, 'rollout')}{diverged} under {words}")
-        notes.append("95 % intervals")
+        notes += [f"{counted(found.rollouts, 'rollout')}{diverged} under {words}", "95 % intervals"]
         notes.append(f"captured for {found.mean_time:.3g} s on average")
     return "; ".join(notes)
 
@@ -186,9 +173,7 @@ def _scale(scored: Scored) -> str:
     """The colours of the costs, if there are any."""
     if not scored.tree.costs.max() > 0.0:
         return ""
-    stops = ",".join(
-        to_hex(matplotlib.colormaps[styles.COSTS](share)) for share in np.linspace(0, 1, 7)
-    )
+    stops = ",".join(map(to_hex, matplotlib.colormaps[styles.COSTS](np.linspace(0, 1, 7))))
     bar = f'<div style="height:0.7em;background:linear-gradient(to right,{stops})"></div>'
     more = " or more" if scored.tree.costs.max() > scored.most else ""
     ends = f"<span>0</span><span>cost of a node</span><span>{scored.most:.3g} J{more}</span>"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from html import escape
@@ -11,23 +10,20 @@ from typing import Any
 import numpy as np
 
 import energymargin as em
+from energymargin.base.aliases import AnyPath
 from energymargin.base.checks import whole_number
 from energymargin.base.plausibility import kept_warnings
+from energymargin.datasets import Future
 from energymargin.look.viewer import sources, texts
 from energymargin.look.viewer.page import Page
-from energymargin.look.viewer.search import Scored, ShareProgress, score_state
 from energymargin.look.viewer.shots import Blobs, Shot
+from energymargin.look.viewer.sources import Scored, ShareProgress, score_state
 
 MOST_GRASPS = 24  # grasps on a page
 
 
 def view(
-    what: em.Problem
-    | em.datasets.Dataset
-    | em.MarginProfile
-    | em.grasps.GraspScores
-    | str
-    | os.PathLike[str],
+    what: sources.Viewable | em.grasps.GraspScores,
     *,
     parameters: Mapping[str, Any] | None = None,
     trajectory: int | None = None,
@@ -35,8 +31,8 @@ def view(
     every: int | None = None,
     nodes: int | None = None,
     seed: int | None = None,
-    future: em.datasets.Future | None = None,
-    scores: str | os.PathLike[str] | None = None,
+    future: Future | None = None,
+    scores: AnyPath | None = None,
     run: int | None = None,
     progress: Callable[[int, int], None] | None = None,
     scoring: ShareProgress | None = None,
@@ -95,9 +91,7 @@ def view(
         frames = source.frames(trajectory)
         if not frame < len(frames.times):
             raise ValueError(f"frame is {frame}, expected 0 to {len(frames.times) - 1}")
-        title = source.title
-        if source.trajectories > 1:
-            title += f", trajectory {trajectory}"
+        title = source.title + f", trajectory {trajectory}" * (source.trajectories > 1)
         others = () if every is None else range(0, len(frames.times), every)
         numbers = sorted({frame, *others})
         blobs, scored, shots = Blobs(), list[Scored](), []
@@ -118,18 +112,15 @@ def view(
 
 
 def _shot(
-    blobs: Blobs,
-    frames: sources.Frames,
-    frame: int,
-    scored: Scored,
-    stored: list[tuple[str, dict[str, float]]],
+    blobs: Blobs, frames: sources.Frames, frame: int, scored: Scored, stored: sources.Columns
 ) -> dict[str, Any]:
     """A frame of a trajectory with its scores, beside those of a file."""
     problem, times = scored.problem, frames.times
     name = f"{times[frame]:.2f} s"
     name += "".join(f", {metric} {value:.2f}" for metric, value in [*scored.values.items()][:1])
     shot = Shot(blobs, name, problem, frames.states)
-    drawn, (dots, edges) = shot.add_sets(), shot.add_search(scored)
+    drawn = shot.add_sets()
+    shot.add_search(scored)
     words, future = [texts.frame_text(frames, frame)], None
     if problem.horizon is not None:
         why = ""
@@ -143,14 +134,11 @@ def _shot(
         captions = [f"t = {time:.2f} s" for time in times]
         shot.add_track("trajectory", frames.states, times - times[0], captions)
     words += [texts.score_table(scored, stored), texts.escape_text(scored)]
-    words += [texts.legend(problem, scored, future), texts.drawn_text(dots, edges)]
-    words.append(texts.sets_text(problem, drawn))
+    words += [texts.legend(problem, scored, future), texts.sets_text(problem, drawn)]
     return shot.content | {"words": "".join(words)}
 
 
-def _stored(
-    source: sources.StateSource, scores: str | os.PathLike[str], run: int | None
-) -> sources.FrameScores:
+def _stored(source: sources.StateSource, scores: AnyPath, run: int | None) -> sources.FrameScores:
     """The scores of a file; ValueError if the source is no dataset, or not theirs."""
     if not isinstance(source.what, em.datasets.Dataset):
         kind = "a MarginProfile" if isinstance(source.what, em.MarginProfile) else "a problem"
@@ -160,19 +148,15 @@ def _stored(
 
 
 def _asked(
-    source: sources.StateSource,
-    future: em.datasets.Future | None,
-    stored: sources.FrameScores | None,
-) -> em.datasets.Future | None:
+    source: sources.StateSource, future: Future | None, stored: sources.FrameScores | None
+) -> Future | None:
     """What is asked of the states' future: that of their scores in a file, or the given one.
 
     Raises ValueError if both are there and differ, and without a dataset."""
     if stored is not None and future is not None and future != stored.future:
         asks = "states as they are" if stored.future is None else f"the future: {stored.future}"
-        raise ValueError(
-            f"what is asked is {future}, but the scores are about {asks}: leave the horizon out, "
-            "or give another run"
-        )
+        text = f"what is asked is {future}, but the scores are about {asks}"
+        raise ValueError(f"{text}: leave the horizon out, or give another run")
     if future is not None and not isinstance(source.what, em.datasets.Dataset):
         raise ValueError(
             f"the horizon is {future.frames} frames, but there is no dataset that has them: give a "

@@ -11,12 +11,14 @@ import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Contact
+from energymargin.base.aliases import Ints
 from energymargin.base.checks import check_type, whole_number
 from energymargin.base.reprs import Record
 from energymargin.tasks.trajectories import Trajectory
@@ -79,39 +81,30 @@ class Block(Record):
         return len(self.rows)
 
     @cached_property
-    def starts(self) -> dict[str, NDArray[np.int64]]:
+    def starts(self) -> dict[str, Ints]:
         """Where each trajectory begins in the columns, by what counts their entries."""
         return starts(self.rows)
 
     def trajectory(self, index: int) -> Trajectory:
         """One trajectory. Raises ValueError if its entries do not fit together."""
         row = self.rows[index]
-        columns = {
-            name: self.columns[name][self.starts[counter][index] : self.starts[counter][index + 1]]
-            for name, (counter, _) in COLUMNS.items()
-        }
+        columns = between(self.columns, self.starts, index, index + 1)
         params = json.loads(columns["params"].tobytes())
         check_type("params", params, dict, "a table of numbers by their names")
         absent = columns["captured_any"] == NO_LABEL
         if absent.any() and not absent.all():
             raise ValueError("some of its frames have a label of at least one object, others none")
-        return Trajectory(
-            times=columns["times"],
-            states=columns["states"].reshape(row["frames"], row["width"]),
-            contacts=_Contacts(columns["contacts"], columns["contact_counts"], self.bodies),
-            captured=columns["captured"],
-            success=bool(row["success"]),
-            params=params,
-            seed=int(row["seed"]),
-            captured_any=None if absent.any() else columns["captured_any"].astype(bool),
-            success_any=None if row["success_any"] == NO_LABEL else bool(row["success_any"]),
-        )
+        states = columns["states"].reshape(row["frames"], row["width"])
+        contacts = _Contacts(columns["contacts"], columns["contact_counts"], self.bodies)
+        frames = columns["times"], states, contacts, columns["captured"]
+        some = None if absent.any() else columns["captured_any"].astype(bool)
+        any_end = None if row["success_any"] == NO_LABEL else bool(row["success_any"])
+        return Trajectory(*frames, bool(row["success"]), params, int(row["seed"]), some, any_end)
 
     def check(self) -> None:
         """Raises ValueError unless the entries fit together."""
         counts, contacts = self.columns["contact_counts"], self.columns["contacts"]
-        ends = self.starts["frames"]
-        sums = np.diff(np.concatenate([[0], np.cumsum(counts)])[ends])
+        sums = np.diff(np.concatenate([[0], np.cumsum(counts)])[self.starts["frames"]])
         if (counts < 0).any() or (sums != self.rows["contact_count"]).any():
             raise ValueError("the contacts of its frames are not as many as of its trajectories")
         for name in ("body_a", "body_b"):
@@ -120,14 +113,22 @@ class Block(Record):
         check_labels(self.columns["captured_any"])
 
 
-def starts(rows: NDArray[np.void]) -> dict[str, NDArray[np.int64]]:
+def starts(rows: NDArray[np.void]) -> dict[str, Ints]:
     """Where each of T trajectories begins in a column, and the end; shape (T + 1,)."""
     counts = {name: rows[name] for name in ("frames", "contact_count", "params_bytes")}
     counts["values"] = rows["frames"] * rows["width"]
     return {name: np.concatenate([[0], np.cumsum(count)]) for name, count in counts.items()}
 
 
-def cuts(frames: NDArray[np.int64]) -> list[int]:
+def between(
+    columns: Mapping[str, Any], starts: Mapping[str, Ints], first: int, last: int
+) -> dict[str, Any]:
+    """The entries of the trajectories from the first on, before the last, in each column."""
+    counters = {name: counter for name, (counter, _) in COLUMNS.items()}
+    return {n: columns[n][starts[c][first] : starts[c][last]] for n, c in counters.items()}
+
+
+def cuts(frames: Ints) -> list[int]:
     """Where trajectories of so many frames are cut into blocks: the first of each, and the end.
 
     A block ends with the trajectory that fills it, so that the cuts depend on what is cut alone.
@@ -146,30 +147,21 @@ def check_labels(labels: NDArray[np.int8]) -> None:
         raise ValueError("a label of at least one object is neither there nor absent")
 
 
-class BodyNames:
-    """A table of the names of bodies, in the order of their first contacts.
+class BodyNumbers(dict[str, int]):
+    """Numbers of bodies by their names, in the order of their first contacts.
 
     That order depends on the contacts alone, not on the blocks in which they come.
     """
 
-    def __init__(self) -> None:
-        """An empty table."""
-        self._numbers: dict[str, int] = {}
-
-    @property
-    def names(self) -> list[str]:
-        """By their numbers."""
-        return list(self._numbers)
-
     def renumbered(self, block: Block) -> NDArray[np.void]:
-        """A block's contacts with the numbers of this table, which gets the names it lacks."""
+        """A block's contacts with these numbers; names that lack one get it."""
         contacts = block.columns["contacts"]
         pairs = np.stack([contacts["body_a"], contacts["body_b"]], axis=1)
         used, first = np.unique(pairs, return_index=True)
         order = used[np.argsort(first)].tolist()
         numbers = np.zeros(len(block.bodies), dtype=np.uint32)
         for old in order:
-            numbers[old] = self._numbers.setdefault(block.bodies[old], len(self._numbers))
+            numbers[old] = self.setdefault(block.bodies[old], len(self))
         if (numbers[used] == used).all():
             return contacts
         renumbered = contacts.copy()
@@ -180,17 +172,13 @@ class BodyNames:
 def as_block(trajectories: Sequence[Trajectory]) -> Block:
     """A block of these trajectories. Raises ValueError on a seed of more than 64 bits."""
     bodies: dict[str, int] = {}
-    entries = [_entries(trajectory, bodies) for trajectory in trajectories]
-    rows = [
-        (
-            *np.shape(trajectory.states),
-            *(len(own["contacts"]), len(own["params"])),
-            whole_number("seed", trajectory.seed, -(2**63), 2**63 - 1),
-            trajectory.success,
-            NO_LABEL if trajectory.success_any is None else trajectory.success_any,
-        )
-        for trajectory, own in zip(trajectories, entries, strict=True)
-    ]
+    entries, rows = [], []
+    for one in trajectories:
+        entries.append(own := _entries(one, bodies))
+        seed = whole_number("seed", one.seed, -(2**63), 2**63 - 1)
+        counts = *np.shape(one.states), len(own["contacts"]), len(own["params"])
+        any_end = NO_LABEL if one.success_any is None else one.success_any
+        rows.append((*counts, seed, one.success, any_end))
     joined = {
         name: np.concatenate([np.zeros(0, kind), *(own[name] for own in entries)])
         for name, (_, kind) in COLUMNS.items()
@@ -203,13 +191,14 @@ def _entries(one: Trajectory, bodies: dict[str, int]) -> dict[str, NDArray[Any]]
     names."""
     some = np.full(len(one), NO_LABEL) if one.captured_any is None else one.captured_any
     params = json.dumps(one.params, sort_keys=True).encode()
+    contacts, counts = _contact_columns(one.contacts, bodies)
     found = {
         "times": one.times,
         "captured": one.captured,
         "captured_any": some,
-        "contact_counts": _contact_counts(one.contacts),
+        "contact_counts": counts,
         "states": np.ravel(one.states),
-        "contacts": _contact_rows(one.contacts, bodies),
+        "contacts": contacts,
         "params": np.frombuffer(params, np.uint8),
     }
     return {name: np.asarray(found[name], kind) for name, (_, kind) in COLUMNS.items()}
@@ -231,9 +220,7 @@ def as_blocks(trajectories: Iterable[Trajectory]) -> Iterator[Block]:
 class _Contacts(Sequence[list[Contact]]):
     """The contacts of recorded frames, made when a frame is asked for."""
 
-    def __init__(
-        self, rows: NDArray[np.void], counts: NDArray[np.int64], bodies: Sequence[str]
-    ) -> None:
+    def __init__(self, rows: NDArray[np.void], counts: Ints, bodies: Sequence[str]) -> None:
         self.rows, self.counts, self.bodies = rows, counts, bodies
         self._ends = np.cumsum(counts).tolist()
 
@@ -245,36 +232,26 @@ class _Contacts(Sequence[list[Contact]]):
             return [self[k] for k in range(len(self))[index]]
         frame = range(len(self))[index]
         first = self._ends[frame - 1] if frame else 0
-        return [self._contact(row) for row in self.rows[first : self._ends[frame]].tolist()]
+        names, found = self.bodies, []
+        for a, b, *values in self.rows[first : self._ends[frame]].tolist():
+            numbers = dict(zip(CONTACT_NUMBERS, values, strict=True))
+            found.append(Contact(body_a=names[a], body_b=names[b], **numbers))
+        return found
 
-    def _contact(self, row: tuple[Any, ...]) -> Contact:
-        a, b, *values = row
-        numbers = dict(zip(CONTACT_NUMBERS, values, strict=True))
-        return Contact(body_a=self.bodies[a], body_b=self.bodies[b], **numbers)
 
-
-def _contact_rows(
+def _contact_columns(
     contacts: Sequence[Sequence[Contact]], bodies: dict[str, int]
-) -> NDArray[np.void]:
-    """The contacts of all frames; bodies have their numbers in `bodies`, which gets new names."""
+) -> tuple[NDArray[np.void], Ints]:
+    """The contacts of all frames, and how many each has; bodies have their numbers in `bodies`,
+    which gets new names."""
     if isinstance(contacts, _Contacts):
         numbers = [bodies.setdefault(name, len(bodies)) for name in contacts.bodies]
         rows = contacts.rows.copy()
         for name in ("body_a", "body_b"):
             rows[name] = np.array(numbers, dtype=np.uint32)[rows[name]] if len(rows) else 0
-        return rows
-    entries = [
-        (
-            *(bodies.setdefault(name, len(bodies)) for name in (contact.body_a, contact.body_b)),
-            *(getattr(contact, name) for name in CONTACT_NUMBERS),
-        )
-        for frame in contacts
-        for contact in frame
-    ]
-    return np.array(entries, dtype=CONTACT)
-
-
-def _contact_counts(contacts: Sequence[Sequence[Contact]]) -> NDArray[np.int64]:
-    if isinstance(contacts, _Contacts):
-        return contacts.counts
-    return np.array([len(frame) for frame in contacts], dtype=np.int64)
+        return rows, contacts.counts
+    entries = []
+    for contact in chain.from_iterable(contacts):
+        pair = (bodies.setdefault(n, len(bodies)) for n in (contact.body_a, contact.body_b))
+        entries.append((*pair, *(getattr(contact, name) for name in CONTACT_NUMBERS)))
+    return np.array(entries, dtype=CONTACT), np.array([len(frame) for frame in contacts], np.int64)

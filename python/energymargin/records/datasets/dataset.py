@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 
 from energymargin import tasks
 from energymargin._core import Problem
+from energymargin.base.aliases import AnyPath, Floats, Ints, Mask
 from energymargin.base.checks import check_type, shown, whole_number
 from energymargin.base.closing import Closing
 from energymargin.base.errors import EnergyMarginError
@@ -28,7 +28,7 @@ from energymargin.base.summary import Summarized
 from energymargin.model.beliefs.belief import Belief
 from energymargin.model.beliefs.uncertainty import Uncertainty
 from energymargin.records.datasets import files
-from energymargin.records.datasets.columns import COLUMNS, ROW, Block, BodyNames, as_blocks
+from energymargin.records.datasets.columns import COLUMNS, ROW, Block, BodyNumbers, as_blocks
 from energymargin.records.datasets.future import Future
 from energymargin.tasks.base import Task
 from energymargin.tasks.scripted import Following
@@ -42,7 +42,7 @@ _HASHED = [name for name in (*(ROW.names or ()), *COLUMNS) if name != "seed"]
 FRAMES = 5  # as the results ask: 0.8 to 1.4 s of the tasks of this package
 SECONDS = 0.5  # where frames are closer together, as those of a camera, so many as this has
 PLANS: tuple[Following | None, ...] = ("script", "hold", None)
-SAMPLE = 20  # states that tell whether a plan can be asked
+SAMPLE = 20  # states that tell whether a plan can be asked, and which metrics there are
 
 
 class StateError(EnergyMarginError, ValueError):
@@ -73,13 +73,11 @@ class Dataset(Closing, Summarized):
 
     def __repr__(self) -> str:
         """Task, parameters, seed, and how many trajectories and states."""
-        return (
-            f"Dataset(task={self.task!r}, parameters={self.parameters!r}, seed={self.seed}, "
-            f"trajectories={len(self.trajectories)}, states={self.size})"
-        )
+        made = f"task={self.task!r}, parameters={self.parameters!r}, seed={self.seed}"
+        return f"Dataset({made}, trajectories={len(self.trajectories)}, states={self.size})"
 
     @property
-    def lengths(self) -> NDArray[np.int64]:
+    def lengths(self) -> Ints:
         """Frames of each trajectory, shape (T,)."""
         return np.asarray(self._rows["frames"])
 
@@ -89,7 +87,7 @@ class Dataset(Closing, Summarized):
         return int(self._ends[-1])
 
     @property
-    def successes(self) -> NDArray[np.bool_]:
+    def successes(self) -> Mask:
         """Whether each trajectory ends in the success set, shape (T,)."""
         return np.asarray(self._rows["success"])
 
@@ -161,14 +159,13 @@ class Dataset(Closing, Summarized):
         ((t, k),) = self._places([number])
         trajectory = self.trajectories[t]
 
-        def question(state: NDArray[np.float64]) -> Problem:
+        def question(state: Floats) -> Problem:
             states = np.array(trajectory.states)
             states[k] = state
-            moved = replace(trajectory, states=states)
-            return self._problem(moved, t, k, future).with_state(state)
+            return self._problem(replace(trajectory, states=states), t, k, future).with_state(state)
 
-        problem = self._problem(trajectory, t, k, future)
-        return Belief(problem, uncertainty=uncertainty, question=question)
+        believed = self._problem(trajectory, t, k, future)
+        return Belief(believed, uncertainty=uncertainty, question=question)
 
     def in_engine(self, engine: str) -> Dataset:
         """The same trajectories, with problems that "native" or "bullet" steps."""
@@ -178,7 +175,7 @@ class Dataset(Closing, Summarized):
         """SHA-256 of all that can change a score or a label, whatever the file."""
         return _digest(self.task, self.parameters, self._blocks())
 
-    def save(self, path: str | os.PathLike[str]) -> None:
+    def save(self, path: AnyPath) -> None:
         """Writes the file in one go: it is there whole, or as it was.
 
         The same dataset makes the same bytes. Raises OSError if it cannot be written.
@@ -191,7 +188,7 @@ class Dataset(Closing, Summarized):
             self.trajectories.close()
 
     @cached_property
-    def _ends(self) -> NDArray[np.int64]:
+    def _ends(self) -> Ints:
         """Number of the first state of each trajectory, and of all; shape (T + 1,)."""
         return np.concatenate([[0], np.cumsum(self.lengths)])
 
@@ -211,21 +208,18 @@ class Dataset(Closing, Summarized):
             return self.trajectories.blocks()
         return as_blocks(self.trajectories)
 
-    def _places(self, numbers: Sequence[int] | NDArray[np.int64]) -> Iterable[tuple[int, int]]:
+    def _places(self, numbers: Sequence[int] | Ints) -> Iterable[tuple[int, int]]:
         """Trajectory and frame of these states."""
         wanted = np.asarray(numbers, dtype=np.int64)
         trajectory = np.searchsorted(self._ends, wanted, side="right") - 1
-        frame = wanted - self._ends[trajectory]
-        return zip(trajectory.tolist(), frame.tolist(), strict=True)
+        return zip(trajectory.tolist(), (wanted - self._ends[trajectory]).tolist(), strict=True)
 
-    def _by_trajectory(
-        self, numbers: Sequence[int] | NDArray[np.int64]
-    ) -> Iterator[tuple[int, list[int]]]:
+    def _by_trajectory(self, numbers: Sequence[int] | Ints) -> Iterator[tuple[int, list[int]]]:
         """The trajectories of these states, which rise, and their frames."""
         for t, places in groupby(self._places(numbers), key=itemgetter(0)):
             yield t, [k for _, k in places]
 
-    def _rising(self, numbers: Sequence[int]) -> NDArray[np.int64]:
+    def _rising(self, numbers: Sequence[int]) -> Ints:
         found = np.asarray(numbers)
         if found.size and found.dtype.kind not in "iu":
             raise ValueError(f"numbers are {shown(numbers)}, expected whole numbers of states")
@@ -233,9 +227,8 @@ class Dataset(Closing, Summarized):
         bad = (wanted < 0) | (wanted >= self.size)
         if bad.any() or (np.diff(wanted) <= 0).any():
             what = f"{wanted[bad][0]} among them" if bad.any() else "some that do not rise"
-            raise ValueError(
-                f"numbers has {what}, expected numbers of states that rise, below {self.size}"
-            )
+            text = f"numbers has {what}, expected numbers of states that rise, below {self.size}"
+            raise ValueError(text)
         return wanted
 
     def _asked(
@@ -253,14 +246,13 @@ class Dataset(Closing, Summarized):
         try:
             if future is not None:
                 return future.problem(self._made, trajectory, k)
-            return self._made.problem(
-                trajectory.states[k], trajectory.params, trajectory.contacts[k]
-            )
+            recorded = trajectory.states[k], trajectory.params, trajectory.contacts[k]
+            return self._made.problem(*recorded)
         except ValueError as error:
             raise StateError(f"trajectory {t}, frame {k}: {error}") from error
 
 
-def load(path: str | os.PathLike[str]) -> Dataset:
+def load(path: AnyPath) -> Dataset:
     """The dataset in a file, all of it in memory.
 
     Raises FileNotFoundError if there is none, and ValueError if it is not an HDF5 file, or a
@@ -270,7 +262,7 @@ def load(path: str | os.PathLike[str]) -> Dataset:
         return Dataset(dataset.task, dataset.parameters, dataset.seed, list(dataset.trajectories))
 
 
-def open(path: str | os.PathLike[str]) -> Dataset:
+def open(path: AnyPath) -> Dataset:
     """The dataset in a file, whose trajectories are read in blocks when they are asked for.
 
     Memory stays flat however many there are. Close it, or use it in a `with` statement. Raises: as
@@ -283,14 +275,14 @@ def open(path: str | os.PathLike[str]) -> Dataset:
 def _digest(task: str, parameters: dict[str, Any], blocks: Iterable[Block]) -> str:
     """Digest of trajectories in any blocks: each column is a stream of bytes of its own."""
     streams = {name: hashlib.sha256() for name in _HASHED}
-    bodies = BodyNames()
+    bodies = BodyNumbers()
     for block in blocks:
         columns = {**block.columns, "contacts": bodies.renumbered(block)}
         for name, stream in streams.items():
             column = columns[name] if name in columns else block.rows[name]
             stream.update(np.ascontiguousarray(column).data.cast("B"))
     parts = {name: stream.hexdigest() for name, stream in streams.items()}
-    text = json.dumps([task, parameters, bodies.names, parts], sort_keys=True)
+    text = json.dumps([task, parameters, list(bodies), parts], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
@@ -303,27 +295,20 @@ def usual_future(dataset: Dataset, frames: int | None = None) -> Future:
     "hold" where there is none. Raises ValueError if each trajectory has one frame alone, or no plan
     can be asked.
     """
-    frames = _usual_frames(dataset) if frames is None else frames
-    return Future(frames, _usual_plan(dataset, frames))
-
-
-def _usual_frames(dataset: Dataset) -> int:
-    """Frames to look ahead: FRAMES, or as many as SECONDS have, but no more than the longest
-    trajectory has after its first. Raises ValueError if each has one alone."""
-    times = np.asarray(dataset.trajectories[int(np.argmax(dataset.lengths))].times)
-    last = len(times) - 1
-    if last == 0:
-        raise ValueError("each trajectory has one frame alone, expected two or more")
-    of_seconds = round(SECONDS * last / float(times[-1] - times[0]))
-    return min(max(FRAMES, of_seconds), last)
-
-
-def _usual_plan(dataset: Dataset, frames: int) -> Following | None:
-    """What the robot does over the next frames: what its script says; without a script, it goes on
-    as it moves; else it coasts. Raises ValueError if none of them can be asked."""
-    numbers = sorted({*np.linspace(0, dataset.size - 1, SAMPLE, dtype=int).tolist()})
-    for plan in PLANS:
-        problems, reasons = dataset.possible_problems(numbers, future=Future(frames, plan))
+    if frames is None:
+        times = np.asarray(dataset.trajectories[int(np.argmax(dataset.lengths))].times)
+        last = len(times) - 1
+        if last == 0:
+            raise ValueError("each trajectory has one frame alone, expected two or more")
+        frames = min(max(FRAMES, round(SECONDS * last / float(times[-1] - times[0]))), last)
+    numbers = spread(dataset.size, SAMPLE)
+    for future in (Future(frames, plan) for plan in PLANS):
+        problems, reasons = dataset.possible_problems(numbers, future=future)
         if problems:
-            return plan
+            return future
     raise ValueError(reasons[min(reasons)])
+
+
+def spread(states: int, most: int) -> list[int]:
+    """Numbers of at most so many states, evenly spaced."""
+    return sorted({*np.linspace(0, states - 1, most, dtype=int).tolist()})

@@ -25,18 +25,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin.base import hdf5
+from energymargin.base.aliases import Ints
 from energymargin.base.errors import EnergyMarginError
 from energymargin.base.replacing import replaced
-from energymargin.records.datasets.columns import (
-    COLUMNS,
-    ROW,
-    Block,
-    BodyNames,
-    as_blocks,
-    check_labels,
-    cuts,
-    starts,
-)
+from energymargin.records.datasets import columns
 from energymargin.tasks.trajectories import Trajectory
 
 FORMAT = "energymargin dataset"
@@ -58,11 +50,7 @@ class FileError(EnergyMarginError, ValueError):
 
 
 def write(
-    path: Path,
-    task: str,
-    parameters: dict[str, Any],
-    seed: int,
-    trajectories: Iterable[Trajectory],
+    path: Path, task: str, parameters: dict[str, Any], seed: int, trajectories: Iterable[Trajectory]
 ) -> None:
     """Writes the file in one go: it is there whole, or as it was.
 
@@ -71,7 +59,7 @@ def write(
     names = {"format": FORMAT, "version": VERSION, "task": task, "seed": seed}
     with written(path, libver=_LIBRARY, rdcc_nbytes=_CACHE) as (file, sink):
         file.attrs.update(names, parameters=json.dumps(parameters))
-        _write_blocks(file, sink, as_blocks(trajectories))
+        _write_blocks(file, sink, columns.as_blocks(trajectories))
 
 
 @contextmanager
@@ -105,7 +93,7 @@ class Recorded(Sequence[Trajectory]):
             except BaseException:
                 self._file.close()
                 raise
-        self._cuts = np.array(cuts(self.rows["frames"]))
+        self._cuts = np.array(columns.cuts(self.rows["frames"]))
         self._block = lru_cache(_BLOCKS_CACHED)(self._read)
 
     def _read_all(self) -> None:
@@ -118,7 +106,7 @@ class Recorded(Sequence[Trajectory]):
         if not isinstance(self.parameters, dict):
             raise ValueError(f"its parameters are {self.parameters!r}")
         self.rows = _rows(file)
-        self._starts = starts(self.rows)
+        self._starts = columns.starts(self.rows)
         self._bodies = [str(name) for name in file["bodies"].asstr()[()]]
         _check_columns(file, self._starts)
 
@@ -136,7 +124,7 @@ class Recorded(Sequence[Trajectory]):
         with reading(self.path):
             return block.trajectory(t - int(self._cuts[number]))
 
-    def blocks(self) -> Iterator[Block]:
+    def blocks(self) -> Iterator[columns.Block]:
         """All trajectories, block by block."""
         for number in range(len(self._cuts) - 1):
             yield self._read(number)
@@ -146,59 +134,53 @@ class Recorded(Sequence[Trajectory]):
         self._block.cache_clear()
         self._file.close()
 
-    def _read(self, number: int) -> Block:
+    def _read(self, number: int) -> columns.Block:
         if not self._file:
             raise ValueError(f"{self.path} is closed: read from it before, or open it again")
         first, last = self._cuts[number], self._cuts[number + 1]
         with reading(self.path):
-            columns = {
-                name: self._file[name][self._starts[counter][first] : self._starts[counter][last]]
-                for name, (counter, _) in COLUMNS.items()
-            }
-            block = Block(self.rows[first:last], columns, self._bodies)
+            entries = columns.between(self._file, self._starts, first, last)
+            block = columns.Block(self.rows[first:last], entries, self._bodies)
             block.check()
         return block
 
 
-def _write_blocks(file: h5py.File, sink: Sink, blocks: Iterable[Block]) -> None:
-    kinds = {"trajectories": ROW, **{name: kind for name, (_, kind) in COLUMNS.items()}}
-    columns = {}
-    for name, kind in kinds.items():
+def _write_blocks(file: h5py.File, sink: Sink, blocks: Iterable[columns.Block]) -> None:
+    kinds = {name: kind for name, (_, kind) in columns.COLUMNS.items()}
+    made = {}
+    for name, kind in {"trajectories": columns.ROW, **kinds}.items():
         chunk = (max(1, CHUNK_BYTES // kind.itemsize),)
-        columns[name] = file.create_dataset(
-            name, (0,), kind, chunks=chunk, maxshape=(None,), **_PACKED
-        )
-    bodies = BodyNames()
+        grows: dict[str, Any] = {"chunks": chunk, "maxshape": (None,), **_PACKED}
+        made[name] = file.create_dataset(name, (0,), kind, **grows)
+    bodies = columns.BodyNumbers()
     for block in blocks:
         contacts = bodies.renumbered(block)
         entries = {**block.columns, "contacts": contacts, "trajectories": block.rows}
-        for name, column in columns.items():
+        for name, column in made.items():
             before = len(column)
             column.resize(before + len(entries[name]), axis=0)
             column[before:] = entries[name]
         sink.require_written()
-    file.create_dataset("bodies", data=bodies.names, dtype=h5py.string_dtype())
+    file.create_dataset("bodies", data=list(bodies), dtype=h5py.string_dtype())
 
 
 def _rows(file: h5py.File) -> NDArray[np.void]:
     rows: NDArray[np.void] = file["trajectories"][()]
-    if rows.dtype != ROW or rows.ndim != 1 or len(rows) == 0:
+    if rows.dtype != columns.ROW or rows.ndim != 1 or len(rows) == 0:
         raise ValueError(f"its table of trajectories has shape {rows.shape} of {rows.dtype}")
     counts = ("frames", "width", "contact_count", "params_bytes")
     if any((rows[name] < 0).any() for name in counts) or (rows["frames"] == 0).any():
         raise ValueError("a trajectory has less than nothing")
-    check_labels(rows["success_any"])
+    columns.check_labels(rows["success_any"])
     return rows
 
 
-def _check_columns(file: h5py.File, ends: dict[str, NDArray[np.int64]]) -> None:
-    for name, (counter, kind) in COLUMNS.items():
+def _check_columns(file: h5py.File, ends: dict[str, Ints]) -> None:
+    for name, (counter, kind) in columns.COLUMNS.items():
         column, expected = file[name], int(ends[counter][-1])
         if column.shape != (expected,) or column.dtype != kind:
-            raise ValueError(
-                f"{name} has shape {column.shape} of {column.dtype}, "
-                f"expected {(expected,)} of {kind}"
-            )
+            text = f"{name} has shape {column.shape} of {column.dtype}"
+            raise ValueError(f"{text}, expected {(expected,)} of {kind}")
 
 
 def _way(path: Path) -> str:

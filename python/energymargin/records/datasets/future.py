@@ -78,10 +78,8 @@ class Future:
         """
         times, last = np.asarray(trajectory.times), len(trajectory) - 1
         if last == 0:
-            raise ValueError(
-                f"the horizon is {self.frames} frames, but the trajectory has one frame alone, "
-                "expected two or more"
-            )
+            text = f"the horizon is {self.frames} frames, but the trajectory has one frame alone"
+            raise ValueError(f"{text}, expected two or more")
         end = min(frame + self.frames, last)
         behind = frame + self.frames - end
         return float(times[end] - times[frame] + behind * (times[-1] - times[0]) / last)
@@ -99,13 +97,9 @@ class Future:
         if isinstance(task, ScriptedTask):
             if self.plan == "script":
                 _require_rollout(task, trajectory)
-            posed = task.future(
-                trajectory.states[frame],
-                float(trajectory.times[frame]),
-                trajectory.params,
-                _whole_steps(seconds, task.step),
-                self.plan,
-            )
+            horizon = _whole_steps(seconds, task.step)
+            at = trajectory.states[frame], float(trajectory.times[frame]), trajectory.params
+            posed = task.future(*at, horizon, self.plan)
         else:
             posed = self._posed(task, trajectory, frame, seconds)
         changes = {"check": self.check, "dwell": self.dwell}
@@ -137,11 +131,9 @@ def _script_of(task: Task) -> Callable[..., Plan]:
     plan: Callable[..., Plan] | None = getattr(task, "plan", None)
     if callable(plan):
         return plan
-    raise ValueError(
-        f"plan is 'script', but task {task.name!r} does not say what its robot is about to do: "
-        f"give {type(task).__name__} a method `plan(state, time, params, horizon)` that returns an "
-        "em.Plan, or ask with plan 'hold' or none"
-    )
+    text = f"plan is 'script', but task {task.name!r} does not say what its robot is about to do"
+    text += f": give {type(task).__name__} a method `plan(state, time, params, horizon)`"
+    raise ValueError(f"{text} that returns an em.Plan, or ask with plan 'hold' or none")
 
 
 def _require_rollout(task: ScriptedTask, trajectory: Trajectory) -> None:

@@ -12,14 +12,13 @@ from __future__ import annotations
 
 import io
 import json
-import os
 import zipfile
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from functools import lru_cache, partial
 from importlib.metadata import version
-from itertools import groupby
+from itertools import groupby, pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -28,12 +27,11 @@ import numpy as np
 
 from energymargin import tasks
 from energymargin._core import Cancel, Cancelled
+from energymargin.base.aliases import AnyPath
 from energymargin.base.checks import core_count, whole_number
 from energymargin.base.limits import Limit
 from energymargin.evaluate.asking import Pairs, ask
-from energymargin.evaluate.executors.choice import Executor
-from energymargin.evaluate.executors.processes import Processes
-from energymargin.evaluate.executors.threads import Threads
+from energymargin.evaluate.executors.choice import Executor, Processes, Threads
 from energymargin.evaluate.store.answer_file import AnswerFile
 from energymargin.records.datasets import files
 from energymargin.records.datasets.columns import COLUMNS, Block, as_block
@@ -53,7 +51,7 @@ SHARDS, REQUEST = b"shards", b"request"  # what the store has
 def generate(
     task: str | Task,
     *,
-    path: str | os.PathLike[str] | None = None,
+    path: AnyPath | None = None,
     trajectories: int = 50,
     frames: int = 10,
     seed: int = 0,
@@ -96,7 +94,7 @@ def generate(
     whole_number("frames", frames, 1)
     with TemporaryDirectory() as temporary:
         file = Path(temporary, "dataset.h5") if path is None else Path(path)
-        with opened_parts(file, request) as parts:
+        with Parts(file, request) as parts:
             missing, size = parts.missing(total), request.most
             left = sum(map(len, missing))
             workers = _executor(made, -(-left // size), processes, executor)
@@ -142,11 +140,9 @@ def _executor(
 
 def _require_registered(task: Task, given: str) -> None:
     if not _can_be_made_again(task):
-        raise ValueError(
-            f"{given}, but workers cannot make the task {task.name!r} of "
-            f"{type(task).__module__}: register it as an entry point of the group "
-            "'energymargin.tasks', or use processes=1"
-        )
+        text = f"{given}, but workers cannot make the task {task.name!r} of {type(task).__module__}"
+        text += ": register it as an entry point of the group 'energymargin.tasks'"
+        raise ValueError(f"{text}, or use processes=1")
 
 
 def _can_be_made_again(task: Task) -> bool:
@@ -187,13 +183,12 @@ def generate_shard(
     task = task or _made(json.dumps(asdict(request)))
     recorded: list[Trajectory] = []
     interruptible = isinstance(task, ScriptedTask) and type(task).rollout is ScriptedTask.rollout
+    options: dict[str, Any] = {"cancel": cancel} if interruptible else {}
     try:
         for index in indices:
             if cancel.is_set:
                 break
-            options: dict[str, Any] = {"cancel": cancel} if interruptible else {}
-            seed = _stream(request.seed, index)
-            recorded.append(task.rollout(seed, request.frames, **options))
+            recorded.append(task.rollout(_stream(request.seed, index), request.frames, **options))
     except Cancelled:
         if not cancel.is_set:  # the task's own
             raise
@@ -214,9 +209,8 @@ def _made(request: str) -> Task:
 
 def _stream(seed: int, index: int) -> int:
     """The seed of one trajectory: 63 bits, which fit every integer type on disk."""
-    return int(
-        np.random.SeedSequence((seed, index)).generate_state(1, np.uint64)[0] >> np.uint64(1)
-    )
+    (number,) = np.random.SeedSequence((seed, index)).generate_state(1, np.uint64)
+    return int(number) >> 1
 
 
 class Parts(AnswerFile):
@@ -229,10 +223,7 @@ class Parts(AnswerFile):
 
         Raises ValueError if another process has it, or if it has shards of another request.
         """
-        place = parts_of(path)
-        if place.is_dir():
-            raise ValueError(f"{place} is a folder of parts, as of 0.14: remove it, and ask again")
-        super().__init__(place, create=True)
+        super().__init__(parts_of(path), create=True)
         self.request = request
         asked = json.dumps({**asdict(request), "energymargin": version("energymargin")})
         try:
@@ -258,12 +249,9 @@ class Parts(AnswerFile):
 
     def missing(self, total: int) -> list[range]:
         """The trajectories of `total` that are in no shard, rising: those between two shards."""
-        missing, begin = list[range](), 0
-        for first, last in [*self.spans(SHARDS), (total, total)]:
-            if begin < min(first, total):
-                missing.append(range(begin, min(first, total)))
-            begin = max(begin, last)
-        return missing
+        spans = [(0, 0), *self.spans(SHARDS), (total, total)]
+        gaps = (range(last, min(first, total)) for (_, last), (first, _) in pairwise(spans))
+        return [gap for gap in gaps if gap]
 
     def trajectories(self, total: int) -> Iterator[Trajectory]:
         """The first `total` trajectories.
@@ -272,8 +260,12 @@ class Parts(AnswerFile):
         """
         for first, last in self.spans(SHARDS):
             if first < total:
-                block = self._read(first)
-                yield from map(block.trajectory, range(min(last, total) - first))
+                yield from map(self._read(first).trajectory, range(min(last, total) - first))
+
+    def __exit__(self, *error: object) -> None:
+        """Closes it, and removes it if it has no shards. It needs no checksum: each .npz has its
+        own."""
+        self.close(remove=not self.spans(SHARDS))
 
     def forget(self) -> None:
         """Drops all shards, once the file is whole."""
@@ -285,10 +277,8 @@ class Parts(AnswerFile):
         different = [name for name in asked if found.get(name) != asked[name]]
         if different and self.spans(SHARDS):
             shown = "; ".join(f"{n}: {found.get(n)} there, {asked[n]} now" for n in different)
-            raise ValueError(
-                f"{self.path} holds parts of other trajectories. To go on with those, ask for "
-                f"the same; to drop them, remove that file. {shown}"
-            )
+            text = f"{self.path} holds parts of other trajectories. To go on with those"
+            raise ValueError(f"{text}, ask for the same; to drop them, remove that file. {shown}")
 
     def _read(self, first: int) -> Block:
         content = self.answer(SHARDS, first) or b""
@@ -299,26 +289,13 @@ class Parts(AnswerFile):
         except (ValueError, LookupError, EOFError, zipfile.BadZipFile) as error:
             with self.transaction():
                 self.database.execute("DELETE FROM answers WHERE first = ?", (first,))
-            raise ValueError(
-                f"the shard of {self.path} that begins with trajectory {first} was damaged, and is "
-                "removed: the same call makes it again"
-            ) from error
+            text = f"the shard of {self.path} that begins with trajectory {first} was damaged"
+            raise ValueError(f"{text}, and is removed: the same call makes it again") from error
 
 
 def parts_of(path: Path) -> Path:
     """Where the shards of this file wait."""
     return path.with_name(f".{path.name}.parts")
-
-
-@contextmanager
-def opened_parts(path: Path, request: Request) -> Iterator[Parts]:
-    """The store of a file, which goes if it has no shards when it is closed. It needs no checksum:
-    each .npz has its own."""
-    parts = Parts(path, request)
-    try:
-        yield parts
-    finally:
-        parts.close(remove=not parts.spans(SHARDS))
 
 
 def trajectories_kept(path: Path) -> int:

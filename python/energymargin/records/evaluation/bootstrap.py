@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.base.aliases import Floats, Ints, Mask
+
 __all__ = ["auc_ap", "auc_ap_draws", "bootstrap_weights", "central", "intervals", "ranked"]
 
 DRAWS = 1000  # bootstrap draws
@@ -16,7 +18,7 @@ CONFIDENCE = 0.95
 Interval = tuple[float, float]
 
 
-def auc_ap(scores: NDArray[np.float64], labels: NDArray[np.bool_]) -> tuple[float, float]:
+def auc_ap(scores: Floats, labels: Mask) -> tuple[float, float]:
     """AUC and AP of scores, shape (N,), that may be infinite; there are labels of both kinds."""
     from sklearn.metrics import average_precision_score, roc_auc_score
 
@@ -24,16 +26,13 @@ def auc_ap(scores: NDArray[np.float64], labels: NDArray[np.bool_]) -> tuple[floa
     return float(roc_auc_score(labels, ranks)), float(average_precision_score(labels, ranks))
 
 
-def ranked(scores: NDArray[np.float64]) -> NDArray[np.int64]:
+def ranked(scores: Floats) -> Ints:
     """Ranks of the scores from 0, shape (N,); scikit-learn refuses inf."""
     return np.asarray(np.unique(scores, return_inverse=True)[1])
 
 
 def intervals(
-    ranks: NDArray[np.int64],
-    labels: NDArray[np.bool_],
-    trajectory: NDArray[np.int64],
-    weights: NDArray[np.int64],
+    ranks: Ints, labels: Mask, trajectory: Ints, weights: Ints
 ) -> tuple[Interval | None, Interval | None]:
     """Bootstrap intervals of AUC and AP; arguments as of `auc_ap_draws`.
 
@@ -51,11 +50,8 @@ def intervals(
 
 
 def auc_ap_draws(
-    ranks: NDArray[np.int64],
-    labels: NDArray[np.bool_],
-    trajectory: NDArray[np.int64],
-    weights: NDArray[np.int64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    ranks: Ints, labels: Mask, trajectory: Ints, weights: Ints
+) -> tuple[Floats, Floats]:
     """AUC and AP for each draw of whole trajectories, shape (draws,); NaN where a draw has one
     label alone.
 
@@ -67,23 +63,19 @@ def auc_ap_draws(
     labels, trajectory = labels[order], trajectory[order]
     small = weights.astype(np.int32)  # what takes the time is memory
     block = max(1, MOST_WEIGHTS // len(trajectory))
-    draws = [
-        weighted_auc_ap(labels, small[start : start + block].take(trajectory, axis=1), first)
-        for start in range(0, len(weights), block)
-    ]
+    blocks = (small[start : start + block] for start in range(0, len(weights), block))
+    draws = [weighted_auc_ap(labels, own.take(trajectory, axis=1), first) for own in blocks]
     aucs, aps = (np.concatenate(values) for values in zip(*draws, strict=True))
     return aucs, aps
 
 
-def thresholds(ranks: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def thresholds(ranks: Ints) -> tuple[Ints, Ints]:
     """The samples from the best score down, (N,), and where among them a new threshold starts."""
     order = np.argsort(-ranks, kind="stable")
     return order, np.flatnonzero(np.diff(ranks[order], prepend=np.inf))
 
 
-def weighted_auc_ap(
-    labels: NDArray[np.bool_], weights: NDArray[Any], first: NDArray[np.int64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def weighted_auc_ap(labels: Mask, weights: NDArray[Any], first: Ints) -> tuple[Floats, Floats]:
     """AUC and AP for each row of `weights`, (draws, N), the number of times each of N samples
     counts; labels (N,) and weights from the best score down, as `thresholds` orders them.
 
@@ -105,14 +97,13 @@ def weighted_auc_ap(
     return auc, ap
 
 
-def bootstrap_weights(trajectories: int, draws: int, seed: int) -> NDArray[np.int64]:
+def bootstrap_weights(trajectories: int, draws: int, seed: int) -> Ints:
     """How often each trajectory is drawn, shape (draws, T)."""
-    return np.random.default_rng(seed).multinomial(
-        trajectories, np.full(trajectories, 1 / trajectories), size=draws
-    )
+    even = np.full(trajectories, 1 / trajectories)
+    return np.random.default_rng(seed).multinomial(trajectories, even, size=draws)
 
 
-def _interval(values: NDArray[np.float64], trials: int) -> Interval | None:
+def _interval(values: Floats, trials: int) -> Interval | None:
     """Quantiles of the draws; one-sided, from `trials` trajectories, if no draw has an error."""
     if len(values) and (values == 1.0).all():
         return _error_free(trials), 1.0
@@ -121,13 +112,12 @@ def _interval(values: NDArray[np.float64], trials: int) -> Interval | None:
     return central(values)
 
 
-def central(values: NDArray[np.float64]) -> Interval | None:
+def central(values: Floats) -> Interval | None:
     """Between what the middle 95 % of the values lie that are not NaN; None if there are none."""
-    there = values[~np.isnan(values)]
-    if len(there) == 0:
+    if np.isnan(values).all():
         return None
     tail = (1 - CONFIDENCE) / 2
-    low, high = np.quantile(there, [tail, 1 - tail])
+    low, high = np.nanquantile(values, [tail, 1 - tail])
     return float(low), float(high)
 
 

@@ -16,23 +16,13 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from energymargin.base.aliases import Floats, Mask
 from energymargin.base.checks import one_of, whole_number
 from energymargin.base.errors import EnergyMarginError
 from energymargin.base.reprs import Record
+from energymargin.records.evaluation import labelled as pairing
 from energymargin.records.evaluation.bootstrap import auc_ap, ranked
-from energymargin.records.evaluation.labelled import (
-    HORIZON,
-    LAST_FRAMES,
-    SUCCESSES,
-    Among,
-    Compared,
-    LabelledScores,
-    compared_states,
-    compared_trajectories,
-    state_metrics,
-)
 
 __all__ = [
     "TARGETS",
@@ -66,11 +56,11 @@ class Roc(Record):
     States, or trajectories, whose score is at least the threshold count as positive.
     """
 
-    false_positive_rate: NDArray[np.float64]
+    false_positive_rate: Floats
     """Shape (P,), from 0 rising to 1."""
-    true_positive_rate: NDArray[np.float64]
+    true_positive_rate: Floats
     """Shape (P,), from 0 rising to 1."""
-    threshold: NDArray[np.float64]
+    threshold: Floats
     """In the score's unit, shape (P,), falling; may be inf. NaN at the first point: none counts."""
     auc: float
     """Area under the curve, as of `evaluate`."""
@@ -87,11 +77,11 @@ class PrecisionRecall(Record):
     States, or trajectories, whose score is at least the threshold count as positive.
     """
 
-    recall: NDArray[np.float64]
+    recall: Floats
     """Shape (P,), from 0 rising to 1."""
-    precision: NDArray[np.float64]
+    precision: Floats
     """Shape (P,); 1 at the first point, where none counts as positive."""
-    threshold: NDArray[np.float64]
+    threshold: Floats
     """In the score's unit, shape (P,), falling; may be inf. NaN at the first point: none counts."""
     ap: float
     """Average precision, as of `evaluate`: the area below steps, each at the height of its end."""
@@ -101,7 +91,7 @@ class PrecisionRecall(Record):
     """How many of them have the label 1."""
 
     @property
-    def steps(self) -> NDArray[np.float64]:
+    def steps(self) -> Floats:
         """Heights at `recall` whose steps, each at the height of its end, are drawn: the precision,
         which at the first point begins the first step; shape (P,)."""
         return np.concatenate([self.precision[1:2], self.precision[1:]])
@@ -117,13 +107,13 @@ class OneLabelError(EnergyMarginError, ValueError):
 
 
 def roc(
-    labelled: LabelledScores,
+    labelled: pairing.LabelledScores,
     metric: str,
     *,
     target: Target = CAPTURED,
-    frames: int = HORIZON,
-    last: int = LAST_FRAMES,
-    among: Among = "all",
+    frames: int = pairing.HORIZON,
+    last: int = pairing.LAST_FRAMES,
+    among: pairing.Among = "all",
 ) -> Roc:
     """The ROC of a metric.
 
@@ -136,7 +126,7 @@ def roc(
     """
     from sklearn.metrics import roc_curve
 
-    compared = _compared(labelled, metric, target, frames, last, among=among)
+    compared = _compared(labelled, metric, _Asked(target, frames, last, among))
     scores, labels, *_ = compared
     false, true, rank = roc_curve(labels, ranked(scores))
     auc, _ = auc_ap(scores, labels)
@@ -145,18 +135,18 @@ def roc(
 
 
 def precision_recall(
-    labelled: LabelledScores,
+    labelled: pairing.LabelledScores,
     metric: str,
     *,
     target: Target = CAPTURED,
-    frames: int = HORIZON,
-    last: int = LAST_FRAMES,
-    among: Among = "all",
+    frames: int = pairing.HORIZON,
+    last: int = pairing.LAST_FRAMES,
+    among: pairing.Among = "all",
 ) -> PrecisionRecall:
     """Precision over recall of a metric; arguments and errors as of `roc`."""
     from sklearn.metrics import precision_recall_curve
 
-    compared = _compared(labelled, metric, target, frames, last, among=among)
+    compared = _compared(labelled, metric, _Asked(target, frames, last, among))
     scores, labels, *_ = compared
     precision, recall, rank = precision_recall_curve(labels, ranked(scores))
     first = int(np.flatnonzero(recall == 1.0)[-1])  # below that threshold precision alone is lost
@@ -166,30 +156,46 @@ def precision_recall(
     return PrecisionRecall(recall, precision, limits, ap, len(labels), int(labels.sum()))
 
 
-def metrics_against(labelled: LabelledScores, target: Target = CAPTURED) -> list[str]:
+def metrics_against(labelled: pairing.LabelledScores, target: Target = CAPTURED) -> list[str]:
     """The metrics that `evaluate` compares with a target; ValueError on another target."""
     if one_of("target", target, TARGETS) == CAPTURED:
-        return state_metrics(labelled)
-    return [metric for metric in SUCCESSES if metric in labelled.scores]
+        return pairing.state_metrics(labelled)
+    return [metric for metric in pairing.SUCCESSES if metric in labelled.scores]
 
 
-def target_name(target: Target = CAPTURED, frames: int = HORIZON, last: int = LAST_FRAMES) -> str:
+def target_name(
+    target: Target = CAPTURED, frames: int = pairing.HORIZON, last: int = pairing.LAST_FRAMES
+) -> str:
     """A target in words, for a title."""
     if target == SUCCESS:
         return f"success of a trajectory, by its last {last} frames"
     return f"captured over the next {frames} frame{'s' * (frames != 1)}" if frames else "captured"
 
 
-def _compared(
-    labelled: LabelledScores, metric: str, target: Target, frames: int, last: int, *, among: Among
-) -> Compared:
+class _Asked(NamedTuple):
+    """What scores are compared with, as of `roc`."""
+
+    target: Target
+    frames: int
+    last: int
+    among: pairing.Among = "all"
+
+    def compared(self, labelled: pairing.LabelledScores, metric: str) -> pairing.Compared:
+        """The scores and labels."""
+        if self.target == CAPTURED:
+            return pairing.compared_states(labelled, metric, self.frames, among=self.among)
+        return pairing.compared_trajectories(labelled, metric, self.last)
+
+
+def _compared(labelled: pairing.LabelledScores, metric: str, asked: _Asked) -> pairing.Compared:
     """The scores and labels; raises OneLabelError unless there are labels of both kinds."""
+    target, frames, last, _ = asked
     one_of("target", target, TARGETS)
     whole_number("frames", frames, 0)
     whole_number("last", last, 1)
     if not len(labelled.trajectory):
         raise OneLabelError("there are no states", "no states")
-    compared = _against(labelled, metric, target, frames, last, among=among)
+    compared = asked.compared(labelled, metric)
     what = "states" if target == CAPTURED else "trajectories"
     if not len(compared.labels):
         raise OneLabelError(f"none of the {what} has a score of {metric!r}", "no scores yet")
@@ -203,15 +209,7 @@ def _compared(
     return compared
 
 
-def _against(
-    labelled: LabelledScores, metric: str, target: Target, frames: int, last: int, *, among: Among
-) -> Compared:
-    if target == CAPTURED:
-        return compared_states(labelled, metric, frames, among=among)
-    return compared_trajectories(labelled, metric, last)
-
-
-def _thresholds(compared: Compared, ranks: NDArray[np.float64]) -> NDArray[np.float64]:
+def _thresholds(compared: pairing.Compared, ranks: Floats) -> Floats:
     """NaN, and the scores that have these ranks."""
     return np.concatenate([[np.nan], np.unique(compared.scores)[np.asarray(ranks, dtype=int)]])
 
@@ -226,13 +224,13 @@ class Ranks(NamedTuple):
     """Shares of the scores with the other label, 0 to 1, for each of N scores, shape (N,); NaN if
     there are none."""
 
-    beyond: NDArray[np.float64]
+    beyond: Floats
     """On the wrong side of it: above one whose label is 1, below one whose label is 0."""
-    level: NDArray[np.float64]
+    level: Floats
     """Equal to it."""
 
     @property
-    def wrong(self) -> NDArray[np.float64]:
+    def wrong(self) -> Floats:
         """How wrong each score is."""
         return self.beyond + self.level / 2
 
@@ -244,7 +242,7 @@ class Wrongness:
     metric: str
     target: Target
     """"captured" or "success"."""
-    compared: Compared
+    compared: pairing.Compared
     ranks: Ranks
 
     def words(self, label: bool) -> str:
@@ -260,18 +258,18 @@ class Wrongness:
         return [int(place) for place in order[np.sort(first)][:count]]
 
 
-def wrongness(labelled: LabelledScores, frames: int, last: int) -> list[Wrongness]:
+def wrongness(labelled: pairing.LabelledScores, frames: int, last: int) -> list[Wrongness]:
     """Every metric compared with its label, as `evaluate` does."""
     found = []
     for target in TARGETS:
         for metric in metrics_against(labelled, target):
-            compared = _against(labelled, metric, target, frames, last, among="all")
+            compared = _Asked(target, frames, last).compared(labelled, metric)
             wrong = ranks(compared.scores, compared.labels)
             found.append(Wrongness(metric, target, compared, wrong))
     return found
 
 
-def ranks(scores: NDArray[np.float64], labels: NDArray[np.bool_]) -> Ranks:
+def ranks(scores: Floats, labels: Mask) -> Ranks:
     """Each score against those with the other label; both shape (N,)."""
     beyond, level = np.full(len(scores), np.nan), np.full(len(scores), np.nan)
     for label in (False, True):
@@ -284,7 +282,7 @@ def ranks(scores: NDArray[np.float64], labels: NDArray[np.bool_]) -> Ranks:
     return Ranks(beyond, level)
 
 
-def by_trajectory(every: Sequence[Wrongness], trajectories: int) -> NDArray[np.float64]:
+def by_trajectory(every: Sequence[Wrongness], trajectories: int) -> Floats:
     """Mean wrongness of each trajectory's states, over all metrics of states; shape (T,), NaN if
     there is none."""
     total, count = np.zeros(trajectories), np.zeros(trajectories)

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from energymargin.base.aliases import Floats, Ints, Mask
 from energymargin.base.checks import one_of, whole_number
 from energymargin.base.metrics import ANY, TIMED
 from energymargin.base.reprs import Record
@@ -34,17 +34,17 @@ class LabelledScores(Record, Summarized):
     """
 
     task: str
-    trajectory: NDArray[np.int64]
+    trajectory: Ints
     """Which trajectory a state is of, shape (N,)."""
-    captured: NDArray[np.bool_]
+    captured: Mask
     """Whether a state lies in its own capture set, shape (N,)."""
-    success: NDArray[np.bool_]
+    success: Mask
     """Whether the state's trajectory succeeded, shape (N,)."""
-    scores: dict[str, NDArray[np.float64]]
+    scores: dict[str, Floats]
     """By metric, shape (N,): inf ranks above all else, NaN is a missing score."""
-    captured_any: NDArray[np.bool_] | None = None
+    captured_any: Mask | None = None
     """Whether at least one object lies in its capture set, shape (N,); None: one set for all."""
-    success_any: NDArray[np.bool_] | None = None
+    success_any: Mask | None = None
     """Whether the state's trajectory succeeded with at least one object, shape (N,), or None."""
     asks: str | None = None
     """The question with a clock that the scores answer, as "horizon 5 frames, plan script"; None:
@@ -55,13 +55,11 @@ class LabelledScores(Record, Summarized):
     def __post_init__(self) -> None:
         """Checks the lengths and the order."""
         states = len(self.trajectory)
-        names = ("captured", "success", "captured_any", "success_any")
-        labels = {name: getattr(self, name) for name in names}
-        for name, values in {**labels, **self.scores}.items():
+        labels = ("captured", "success", "captured_any", "success_any")
+        for name, values in {**{n: getattr(self, n) for n in labels}, **self.scores}.items():
             if values is not None and np.shape(values) != (states,):
-                raise ValueError(
-                    f"{name} has shape {np.shape(values)}, expected ({states},): one a state"
-                )
+                text = f"{name} has shape {np.shape(values)}, expected ({states},): one a state"
+                raise ValueError(text)
         starts = [own[0] for own in self.by_trajectory() if len(own)]
         numbers, times = np.unique(self.trajectory[starts], return_counts=True)
         if len(times) and times.max() > 1:
@@ -73,31 +71,33 @@ class LabelledScores(Record, Summarized):
     def beside(self, now: LabelledScores) -> LabelledScores:
         """These scores, probabilities first, and beside them those of the same states as they are,
         but for success; NOW stands before a name that both have."""
-        others = {
-            f"{NOW}{metric}" if metric in self.scores else metric: values
-            for metric, values in now.scores.items()
-            if metric not in SUCCESSES
-        }
+        named = self.named_beside(now).items()
+        others = {name: own for name, own in named if name.removeprefix(NOW) not in SUCCESSES}
         asks = f"{self.asks}; of the states as they are: {', '.join(others)}"
         timed = {metric: own for metric, own in self.scores.items() if metric in TIMED}
         return replace(self, scores=timed | self.scores | others, asks=asks)
 
-    def by_trajectory(self) -> list[NDArray[np.int64]]:
+    def named_beside(self, now: LabelledScores) -> dict[str, Floats]:
+        """Scores of the same states as they are, with NOW before a name that both have."""
+        own, others = self.scores, now.scores.items()
+        return {f"{NOW}{name}" if name in own else name: values for name, values in others}
+
+    def by_trajectory(self) -> list[Ints]:
         """The states' numbers, one array a trajectory."""
-        starts = np.flatnonzero(np.diff(self.trajectory)) + 1
-        return np.split(np.arange(len(self.trajectory)), starts)
+        ends = np.flatnonzero(np.diff(self.trajectory)) + 1
+        return np.split(np.arange(len(self.trajectory)), ends)
 
 
 class Compared(NamedTuple):
     """Scores and the labels with which they are compared: N states, or trajectories."""
 
-    scores: NDArray[np.float64]
+    scores: Floats
     """Shape (N,); inf ranks above all else."""
-    labels: NDArray[np.bool_]
+    labels: Mask
     """Shape (N,)."""
-    trajectory: NDArray[np.int64]
+    trajectory: Ints
     """The trajectory of each, counted from 0, shape (N,)."""
-    number: NDArray[np.int64]
+    number: Ints
     """Its number among all states, or trajectories, shape (N,), rising."""
 
     @property
@@ -106,7 +106,7 @@ class Compared(NamedTuple):
         return bool(self.labels.any() and not self.labels.all())
 
 
-def captured_labels(captured: NDArray[np.bool_], frames: int) -> NDArray[np.bool_]:
+def captured_labels(captured: Mask, frames: int) -> Mask:
     """Label of each state of one trajectory, shape (K,): captured in all frames k to k +
     `frames`
     (Section VI-D).
@@ -117,7 +117,7 @@ def captured_labels(captured: NDArray[np.bool_], frames: int) -> NDArray[np.bool
     return np.array([captured[k : k + frames + 1].all() for k in range(len(captured))], dtype=bool)
 
 
-def trajectory_score(scores: NDArray[np.float64], last: int = LAST_FRAMES) -> float:
+def trajectory_score(scores: Floats, last: int = LAST_FRAMES) -> float:
     """Omega_suc(z, k-bar) of one trajectory, shape (K,) (Section VI-D).
 
     The weighted mean of its `last` frames, with weights 1, 2, 3, ... Raises ValueError on none.
@@ -157,10 +157,8 @@ def compared_states(
     whole_number("frames", frames, 0)
     one_of("among", among, AMONG)
     if clipped and labelled.asks is not None:
-        raise ValueError(
-            f"clipped is True, but these scores ask about a while ({labelled.asks}), which does "
-            "not end where a trajectory does: expected False"
-        )
+        text = f"clipped is True, but these scores ask about a while ({labelled.asks})"
+        raise ValueError(f"{text}, which does not end where a trajectory does: expected False")
     scores, captured = _paired(labelled, metric, labelled.captured, labelled.captured_any)
     members = labelled.by_trajectory()
     labels = [captured_labels(captured[states], frames) for states in members]
@@ -198,13 +196,8 @@ def count_states(
     short = ~lost & (left < frames) & (not clipped)
     scored = ~np.all([np.isnan(labelled.scores[m]) for m in labelled.scores], axis=0)
     there = ~lost & ~short
-    return Counts(
-        counted=int((there & scored).sum()),
-        positives=int((there & scored & labels).sum()),
-        lost=int(lost.sum()),
-        short=int(short.sum()),
-        unscored=int((there & ~scored).sum()),
-    )
+    which = (there & scored, there & scored & labels, lost, short, there & ~scored)
+    return Counts(*(int(states.sum()) for states in which))
 
 
 def compared_trajectories(labelled: LabelledScores, metric: str, last: int) -> Compared:
@@ -214,19 +207,14 @@ def compared_trajectories(labelled: LabelledScores, metric: str, last: int) -> C
     """
     scores, success = _paired(labelled, metric, labelled.success, labelled.success_any)
     members = labelled.by_trajectory()
-    return _there(
-        np.array([trajectory_score(scores[states], last) for states in members]),
-        np.array([success[states[-1]] for states in members]),
-        np.arange(len(members)),
-    )
+    whole = np.array([trajectory_score(scores[states], last) for states in members])
+    ends = np.array([success[states[-1]] for states in members])
+    return _there(whole, ends, np.arange(len(members)))
 
 
 def _paired(
-    labelled: LabelledScores,
-    metric: str,
-    of_all: NDArray[np.bool_],
-    of_any: NDArray[np.bool_] | None,
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    labelled: LabelledScores, metric: str, of_all: Mask, of_any: Mask | None
+) -> tuple[Floats, Mask]:
     """The scores of a metric, a copy, and the label of all objects, or of at least one for a metric
     that ends so; the force score is the same for both."""
     name = FORCE if metric == FORCE + ANY else metric
@@ -239,9 +227,7 @@ def _paired(
     return labelled.scores[name].copy(), labels
 
 
-def _there(
-    scores: NDArray[np.float64], labels: NDArray[np.bool_], trajectory: NDArray[np.int64]
-) -> Compared:
+def _there(scores: Floats, labels: Mask, trajectory: Ints) -> Compared:
     """Only those that have a score."""
     there = ~np.isnan(scores)
     return Compared(scores[there], labels[there], trajectory[there], np.flatnonzero(there))

@@ -7,36 +7,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from energymargin.base.aliases import Ints
 from energymargin.base.checks import seed_number, whole_number
 from energymargin.base.metrics import ANY
 from energymargin.base.reprs import Record
 from energymargin.base.summary import Summarized
 from energymargin.base.table_text import DASH, csv_text, short
-from energymargin.records.evaluation.bootstrap import (
-    DRAWS,
-    auc_ap,
-    bootstrap_weights,
-    intervals,
-    ranked,
-)
-from energymargin.records.evaluation.labelled import (
-    AMONG,
-    HORIZONS,
-    LAST_FRAMES,
-    PROBABLE_SUCCESS,
-    SUCCESS,
-    SUCCESSES,
-    Among,
-    Compared,
-    Counts,
-    LabelledScores,
-    compared_states,
-    compared_trajectories,
-    count_states,
-    state_metrics,
-)
+from energymargin.records.evaluation import bootstrap, labelled as pairing
 
 CELL_COLUMNS = ("count", "positives", "auc", "auc_low", "auc_high", "ap", "ap_low", "ap_high")
 CSV_COLUMNS = ("score", "among", "horizon", *CELL_COLUMNS)
@@ -65,24 +43,22 @@ class Cell:
         return _span(self.auc_interval), _span(self.ap_interval)
 
 
-def cell_of(compared: Compared, weights: NDArray[np.int64]) -> Cell | None:
+def cell_of(compared: pairing.Compared, weights: Ints) -> Cell | None:
     """AUC and AP, with intervals of the (draws, T) weights of the trajectories."""
     scores, labels, trajectory, _ = compared
     if not compared.of_both_kinds:
         return None
-    both = intervals(ranked(scores), labels, trajectory, weights)
-    return Cell(*auc_ap(scores, labels), *both, len(labels), int(labels.sum()))
+    both = bootstrap.intervals(bootstrap.ranked(scores), labels, trajectory, weights)
+    return Cell(*bootstrap.auc_ap(scores, labels), *both, len(labels), int(labels.sum()))
 
 
 def csv_fields(cell: Cell | None) -> list[float | str]:
     """Its columns of a CSV file, from count to ap_high; empty without a cell."""
     if cell is None:
         return [""] * len(CELL_COLUMNS)
-    return [
-        *(cell.count, cell.positives),
-        *(cell.auc, *(cell.auc_interval or ("", ""))),
-        *(cell.ap, *(cell.ap_interval or ("", ""))),
-    ]
+    none = ("", "")
+    areas = (cell.auc, *(cell.auc_interval or none), cell.ap, *(cell.ap_interval or none))
+    return [cell.count, cell.positives, *areas]
 
 
 def _span(interval: tuple[float, float] | None) -> str:
@@ -105,17 +81,17 @@ class Evaluation(Record, Summarized):
     """Trajectories that lack a score in one of their last frames, and are left out of success."""
     success_any: Cell | None = None
     """The trajectory score of at least one object."""
-    last: int = LAST_FRAMES
+    last: int = pairing.LAST_FRAMES
     """k-bar, the frames of the trajectory score."""
     probable_success: Cell | None = None
     """Cell of the probability of success; None also if that was not computed."""
     asks: str | None = None
     """As of LabelledScores."""
-    among: Among = "all"
+    among: pairing.Among = "all"
     """Which states are compared; of those that are captured now `success` is None."""
     clipped: bool = False
     """Whether a horizon ends with its trajectory; else such states are left out."""
-    counts: dict[int, Counts] = field(default_factory=dict)
+    counts: dict[int, pairing.Counts] = field(default_factory=dict)
     """By horizon, which states count."""
 
     @property
@@ -123,19 +99,15 @@ class Evaluation(Record, Summarized):
         """In words, how many states lack a score: those not scored yet, or not to be simulated."""
         alone, lost = self.missing == 1, self.missing_trajectories
         states = "state has no score and is" if alone else "states have no score and are"
-        text = f"{self.missing} {states} left out"
-        trajectories = "is 1 trajectory" if lost == 1 else f"are {lost} trajectories"
-        return f"{text}; so {trajectories} of success" if lost else text
+        so = "is 1 trajectory" if lost == 1 else f"are {lost} trajectories"
+        return f"{self.missing} {states} left out" + f"; so {so} of success" * bool(lost)
 
     @property
     def trajectories(self) -> dict[str, Cell]:
         """By score, the cells that are there of whole trajectories."""
-        cells = {
-            SUCCESS: self.success,
-            PROBABLE_SUCCESS: self.probable_success,
-            SUCCESS + ANY: self.success_any,
-        }
-        return {score: cell for score, cell in cells.items() if cell is not None}
+        of_all, probable, of_any = self.success, self.probable_success, self.success_any
+        cells = zip(pairing.SUCCESSES, (of_all, probable, of_any), strict=True)
+        return {score: cell for score, cell in cells if cell is not None}
 
     def to_csv(self) -> str:
         """One line a cell, in full precision; what is not there is empty."""
@@ -143,17 +115,13 @@ class Evaluation(Record, Summarized):
 
     def csv_rows(self) -> list[list[Any]]:
         """The lines of `to_csv`, with CSV_COLUMNS."""
-        cells: list[tuple[str, int | str, Cell | None]] = [
-            (score, horizon, cell)
-            for score, by_horizon in self.states.items()
-            for horizon, cell in by_horizon.items()
-        ]
-        there = {
-            SUCCESS: self.among == "all",
-            PROBABLE_SUCCESS: self.probable_success is not None,
-            SUCCESS + ANY: self.success_any or (self.several and self.among == "all"),
-        }
-        cells += [(score, "", self.trajectories.get(score)) for score in there if there[score]]
+        cells: list[tuple[str, int | str, Cell | None]] = []
+        for score, row in self.states.items():
+            cells += [(score, horizon, cell) for horizon, cell in row.items()]
+        of_all = self.among == "all"
+        asked = of_all, self.probable_success, self.success_any or (self.several and of_all)
+        there = [score for score, own in zip(pairing.SUCCESSES, asked, strict=True) if own]
+        cells += [(score, "", self.trajectories.get(score)) for score in there]
         return [[score, self.among, h, *csv_fields(cell)] for score, h, cell in cells]
 
     @property
@@ -169,17 +137,11 @@ class Evaluation(Record, Summarized):
             numbers = ", ".join(str(one.counted) for one in self.counts.values())
             return numbers and f"States that count, by h: {numbers}."
         ((frames, one),) = self.counts.items()
-        reasons = [
-            (one.lost, "lost already"),
-            (one.short, f"with fewer than {frames} frames left"),
-            (one.unscored, "without a score"),
-        ]
-        out = ", ".join(f"{number} {why}" for number, why in reasons if number)
+        reasons = ("lost already", f"with fewer than {frames} frames left", "without a score")
+        out = ", ".join(f"{n} {why}" for n, why in zip(one[2:], reasons, strict=True) if n)
         stay = "stays" if one.positives == 1 else "stay"
-        text = (
-            f"{one.counted} of {sum(one) - one.positives} states count, of which {one.positives} "
-            f"{stay} captured{f'; left out are {out}' if out else ''}."
-        )
+        text = f"{one.counted} of {sum(one) - one.positives} states count, of which "
+        text += f"{one.positives} {stay} captured{f'; left out are {out}' if out else ''}."
         alone = one.positives in (0, one.counted)
         return f"{text} With one label alone no score can tell them apart." if alone else text
 
@@ -187,11 +149,9 @@ class Evaluation(Record, Summarized):
     def caption(self) -> str:
         """What the numbers are, and what is left out."""
         which = "States" if self.among == "all" else "States that are captured now"
-        whole = (
-            "a horizon ends with its trajectory (clipped)"
-            if self.clipped
-            else "those with as many frames left"
-        )
+        whole = "those with as many frames left"
+        if self.clipped:
+            whole = "a horizon ends with its trajectory (clipped)"
         sentences = [
             f"{self.task}: AUC/AP of each score, with their 95 % intervals below.",
             "" if self.asks is None else f"Asked: {self.asks}.",
@@ -202,23 +162,21 @@ class Evaluation(Record, Summarized):
         if cells and all(cell.auc_interval is None for cell in cells):
             sentences.append("Intervals take more trajectories than these: there are none.")
         if self.trajectories:
-            sentences.append(
-                f"Success: the last {self.last} frames of a trajectory, whose success has no "
-                "horizon; the last frame alone tells most of it."
-            )
+            whole = f"Success: the last {self.last} frames of a trajectory, whose success has no "
+            sentences.append(f"{whole}horizon; the last frame alone tells most of it.")
         if self.missing and (len(self.counts) != 1 or self.missing_trajectories):
             sentences.append(f"{self.left_out}.")
         return " ".join(filter(None, sentences))
 
 
 def evaluate(
-    labelled: LabelledScores,
+    labelled: pairing.LabelledScores,
     *,
-    frames: Sequence[int] = HORIZONS,
-    draws: int = DRAWS,
+    frames: Sequence[int] = pairing.HORIZONS,
+    draws: int = bootstrap.DRAWS,
     seed: int = 0,
-    last: int = LAST_FRAMES,
-    among: Among = "all",
+    last: int = pairing.LAST_FRAMES,
+    among: pairing.Among = "all",
     clipped: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> Evaluation:
@@ -246,50 +204,41 @@ def evaluate(
     if among == "captured":
         frames = [horizon for horizon in frames if horizon > 0]
     members = len(labelled.by_trajectory())
-    weights = bootstrap_weights(members, draws, seed)
-    states: dict[str, dict[int, Cell | None]] = {m: {} for m in state_metrics(labelled)}
+    weights = bootstrap.bootstrap_weights(members, draws, seed)
+    states: dict[str, dict[int, Cell | None]] = {m: {} for m in pairing.state_metrics(labelled)}
     cells = [(metric, horizon) for metric in states for horizon in frames]
     for done, (metric, horizon) in enumerate(cells):
         if progress is not None:
             progress(done, len(cells))
-        compared = compared_states(labelled, metric, horizon, among=among, clipped=clipped)
+        compared = pairing.compared_states(labelled, metric, horizon, among=among, clipped=clipped)
         states[metric][horizon] = cell_of(compared, weights)
-    trajectories = {
-        metric: compared_trajectories(labelled, metric, last)
-        for metric in SUCCESSES
-        if among == "all" and metric in labelled.scores
-    }
+    whole = [m for m in pairing.SUCCESSES if among == "all" and m in labelled.scores]
+    trajectories = {m: pairing.compared_trajectories(labelled, m, last) for m in whole}
     successes = {metric: cell_of(own, weights) for metric, own in trajectories.items()}
-    whole = min((len(own.scores) for own in trajectories.values()), default=members)
+    scored = min((len(own.scores) for own in trajectories.values()), default=members)
     missing = np.any([np.isnan(values) for values in labelled.scores.values()], axis=0)
+    of_all, probable, of_any = map(successes.get, pairing.SUCCESSES)
     return Evaluation(
-        task=labelled.task,
-        frames=tuple(frames),
-        states=states,
-        success=successes.get(SUCCESS),
-        missing=int(missing.sum()),
-        missing_trajectories=members - whole,
-        success_any=successes.get(SUCCESS + ANY),
+        *(labelled.task, tuple(frames), states, of_all, int(missing.sum())),
+        missing_trajectories=members - scored,
+        success_any=of_any,
         last=last,
-        probable_success=successes.get(PROBABLE_SUCCESS),
+        probable_success=probable,
         asks=labelled.asks,
         among=among,
         clipped=clipped,
-        counts={
-            horizon: count_states(labelled, horizon, among=among, clipped=clipped)
-            for horizon in frames
-        },
+        counts={h: pairing.count_states(labelled, h, among=among, clipped=clipped) for h in frames},
     )
 
 
 def tables_of(
-    labelled: LabelledScores,
-    now: LabelledScores | None = None,
+    labelled: pairing.LabelledScores,
+    now: pairing.LabelledScores | None = None,
     *,
-    among: Among | None = None,
+    among: pairing.Among | None = None,
     frames: Sequence[int] | None = None,
     clipped: bool = False,
-) -> list[tuple[LabelledScores, Among, Sequence[int]]]:
+) -> list[tuple[pairing.LabelledScores, pairing.Among, Sequence[int]]]:
     """The tables that tell most: which scores, among which states, at which horizons. With `among`
     or `frames`, or `clipped`, those tables, of all scores.
 
@@ -300,9 +249,9 @@ def tables_of(
     """
     if among is not None or frames or clipped:
         scores = labelled if now is None else labelled.beside(now)
-        chosen = AMONG if among is None else (among,)
-        return [(scores, each, frames or HORIZONS) for each in chosen]
+        chosen = pairing.AMONG if among is None else (among,)
+        return [(scores, each, frames or pairing.HORIZONS) for each in chosen]
     if labelled.frames is None:
-        return [(labelled, each, HORIZONS) for each in AMONG]
+        return [(labelled, each, pairing.HORIZONS) for each in pairing.AMONG]
     both, whole = (labelled, labelled) if now is None else (labelled.beside(now), now)
-    return [(both, "captured", [labelled.frames]), (whole, "all", HORIZONS)]
+    return [(both, "captured", [labelled.frames]), (whole, "all", pairing.HORIZONS)]

@@ -17,19 +17,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from energymargin.base.aliases import AnyPath, Floats, Mask
 from energymargin.base.checks import check_type
 from energymargin.base.errors import needs_extra
 from energymargin.base.plausibility import warn
-from energymargin.records.recordings import poses as se3
+from energymargin.records.recordings import formats, poses as se3
 from energymargin.records.recordings.cleaning import LooseRules, Rules, cleaned
-from energymargin.records.recordings.formats import (
-    BAG_SUFFIXES,
-    require_own_files,
-    require_recording,
-)
 from energymargin.records.recordings.recording import Recording
 from energymargin.records.recordings.smoothing import gap_limits, interpolated, lost, usual_step
-from energymargin.records.recordings.table import BODIES, PLANAR, SPATIAL, FileSource, Floats, Mask
+from energymargin.records.recordings.table import BODIES, PLANAR, SPATIAL, FileSource
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -62,7 +58,7 @@ header [ns], 0 if that has none, and the frames of the pose and of the body."""
 
 
 def read_bag(
-    path: str | os.PathLike[str],
+    path: AnyPath,
     *,
     object: str | None = None,
     effector: str | None = None,
@@ -103,7 +99,7 @@ def read_bag(
     return cleaned(_table(source, wanted, flat, checked), source, checked)
 
 
-def bag_topics(path: str | os.PathLike[str]) -> dict[str, str]:
+def bag_topics(path: AnyPath) -> dict[str, str]:
     """The topics of a bag with their types, those with poses first. Errors as `read_bag`."""
     with _reader(FileSource(Path(path))) as reader:
         found = {connection.topic: connection.msgtype for connection in reader.connections}
@@ -124,12 +120,12 @@ def _reader(source: FileSource) -> Iterator[AnyReader]:
     with needs_extra("a bag", "ros"):
         from rosbags.highlevel import AnyReader
         from rosbags.typesys import Stores, get_typestore
-    require_recording(source.path)
+    formats.require_recording(source.path)
     if source.path.is_dir():
-        require_own_files(source.path)
+        formats.require_own_files(source.path)
     paths = [source.path]
     if source.path.is_dir() and not (source.path / "metadata.yaml").exists():
-        paths = [file for file in source.path.iterdir() if file.suffix.lower() in BAG_SUFFIXES]
+        paths = [file for file in source.path.iterdir() if formats.is_bag(file)]
         if not paths:
             raise source.error("has no metadata.yaml and no file of a bag, expected a bag's folder")
     try:
@@ -165,12 +161,11 @@ def _table(
     for body, own in tracks.items():
         times[body] = (own["time"] - begin).to_numpy() / NANOSECONDS
         source.require_rising(f"the time of the {body}", times[body], own["number"].to_numpy())
-    for body, own in tracks.items():
         poses[body] = _seen(source, body, own, rules, planar=body in flat)
     steps = {body: usual_step(own) for body, own in times.items()}
-    slower = max(steps, key=steps.__getitem__)
-    if steps[slower] <= CLEARLY * steps[next(iter(steps))]:
-        slower = next(iter(steps))
+    slower, first = max(steps, key=steps.__getitem__), next(iter(steps))
+    if steps[slower] <= CLEARLY * steps[first]:
+        slower = first
     table = pd.DataFrame({"time": times[slower]}, index=tracks[slower]["number"].to_numpy())
     for body, found in poses.items():
         names = [f"{body}_{axis}" for axis in (PLANAR if body in flat else SPATIAL)[0]]
@@ -187,9 +182,8 @@ def _read(source: FileSource, wanted: Mapping[str, tuple[str, str]]) -> pd.DataF
         if kind not in POSES:
             known = ", ".join(f"{name} ({kind})" for name, kind in topics.items()) or "none"
             what = f"topic {topic!r} is of {kind}" if kind else f"there is no topic {topic!r}"
-            raise source.error(
-                f"{what}, expected one of {', '.join(POSES)}; its topics are {known}"
-            )
+            text = f"{what}, expected one of {', '.join(POSES)}; its topics are {known}"
+            raise source.error(text)
     with needs_extra("a bag", "ros"):
         import pandas as pd
     numbers, rows = dict.fromkeys((topic for topic, _ in wanted.values()), 0), []
@@ -216,10 +210,8 @@ def _of_frame(source: FileSource, topic: str, frame: str, messages: pd.DataFrame
     frames = sorted(set(messages["frame"]))
     own = frame or (frames[0] if len(frames) == 1 else None)
     if own not in frames:
-        raise source.error(
-            f"topic {topic!r} has the frames {', '.join(frames) or 'none'}, expected one of them, "
-            f"as '{topic}:{frames[0] if frames else 'box'}'"
-        )
+        text = f"topic {topic!r} has the frames {', '.join(frames) or 'none'}, expected one of them"
+        raise source.error(f"{text}, as '{topic}:{frames[0] if frames else 'box'}'")
     return messages[messages["frame"] == own]
 
 
@@ -250,10 +242,8 @@ def _require_one_clock(source: FileSource, seen: Mapping[str, pd.DataFrame]) -> 
     first = next(iter(seen))
     for other in [topic for topic in seen if topic != first]:
         pair = {topic: seen[topic]["time"] / NANOSECONDS for topic in (first, other)}
-        spans = [
-            f"those of {topic!r} are from {own.min():.10g} to {own.max():.10g} s"
-            for topic, own in pair.items()
-        ]
+        span = "those of {!r} are from {:.10g} to {:.10g} s"
+        spans = [span.format(topic, own.min(), own.max()) for topic, own in pair.items()]
         told = f"{' and '.join(spans)}: is one of them in simulated time (use_sim_time)"
         if max(own.min() for own in pair.values()) > min(own.max() for own in pair.values()):
             raise source.error(f"the times of two topics have nothing in common, {told}?")

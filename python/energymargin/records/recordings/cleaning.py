@@ -14,17 +14,11 @@ from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
 
+from energymargin.base.aliases import Floats, Ints, Mask
 from energymargin.base.checks import numbers_of, positive_number, yes_or_no
 from energymargin.records.recordings import poses as se3, smoothing
 from energymargin.records.recordings.recording import Motion, Recording, Repairs
-from energymargin.records.recordings.smoothing import (
-    LEAST_FRAMES,
-    gap_limits,
-    interpolated,
-    jumps,
-    lost,
-)
-from energymargin.records.recordings.table import FileSource, Floats, Lines, Mask, columns_of, first
+from energymargin.records.recordings.table import FileSource, columns_of, first
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -136,7 +130,7 @@ def cleaned(table: pd.DataFrame, source: FileSource, rules: Rules) -> Recording:
     times = table["time"].to_numpy()
     if rules.causal:
         known = [track.good for track in tracks if track.velocities is None]
-        since = max((times[good][LEAST_FRAMES - 1] for good in known), default=-math.inf)
+        since = max((times[good][smoothing.LEAST_FRAMES - 1] for good in known), default=-math.inf)
         frames, at = frames[at >= since], at[at >= since]
         repairs = _repairs(table, tracks, frames)
     motions = {track.body: _motion(source, times, track, at, rules) for track in tracks}
@@ -144,8 +138,8 @@ def cleaned(table: pd.DataFrame, source: FileSource, rules: Rules) -> Recording:
 
 
 def _require_enough(source: FileSource, count: int, what: str) -> None:
-    if count < LEAST_FRAMES:
-        raise source.error(f"has {count} {what}, expected at least {LEAST_FRAMES}")
+    if count < smoothing.LEAST_FRAMES:
+        raise source.error(f"has {count} {what}, expected at least {smoothing.LEAST_FRAMES}")
 
 
 def _require_clock(source: FileSource, table: pd.DataFrame, smoothing_time: float) -> None:
@@ -177,14 +171,14 @@ def _track(source: FileSource, table: pd.DataFrame, body: str, rules: Rules) -> 
     times, poses = table["time"].to_numpy(), table[of_poses].to_numpy(float)
     velocities = table[of_rates].to_numpy(float) if of_rates[0] in table else None
     _require_units(source, table, body, poses)
-    seen = np.asarray(np.isfinite(poses).all(axis=1)) & ~lost(poses, rules.least_jump)
+    seen = np.asarray(np.isfinite(poses).all(axis=1)) & ~smoothing.lost(poses, rules.least_jump)
     if velocities is not None:
         seen &= np.isfinite(velocities).all(axis=1)
     _require_enough(source, int(seen.sum()), f"rows in which the {body} was seen")
     if not se3.planar(poses):
         source.require_poses(body, poses[seen], table.index.to_numpy()[seen])
     jumped = np.zeros_like(seen)
-    jumped[seen] = jumps(times[seen], poses[seen], rules.least_jump, rules.least_turn)
+    jumped[seen] = smoothing.jumps(times[seen], poses[seen], rules.least_jump, rules.least_turn)
     good = seen & ~jumped
     _require_enough(source, int(good.sum()), f"rows without a jump of the {body}")
     poses[good] = se3.continuous(poses[good])
@@ -212,7 +206,7 @@ def _require_short_gaps(
     """Raises ValueError with the line after a longer time without a good pose of this body."""
     good = table[track.good]
     gaps = np.diff(good["time"].to_numpy())
-    longest, jitter = gap_limits(longest_gap, table["time"].to_numpy())
+    longest, jitter = smoothing.gap_limits(longest_gap, table["time"].to_numpy())
     if (k := first(gaps > longest + jitter)) is not None:
         before, after = good["frame"].iloc[k : k + 2]
         raise source.error(
@@ -223,7 +217,7 @@ def _require_short_gaps(
         )
 
 
-def _filled_clock(source: FileSource, table: pd.DataFrame) -> tuple[Lines, Floats]:
+def _filled_clock(source: FileSource, table: pd.DataFrame) -> tuple[Ints, Floats]:
     """Numbers and times [s] of all K frames of a table, and of those between that are missing.
 
     If a camera drops all but every n-th frame, numbers rise by n. Raises ValueError
@@ -244,18 +238,15 @@ def _filled_clock(source: FileSource, table: pd.DataFrame) -> tuple[Lines, Float
     return everything, np.interp(everything.astype(float), frames.astype(float), times)
 
 
-def _repairs(table: pd.DataFrame, tracks: Sequence[_Track], frames: Lines) -> Repairs:
+def _repairs(table: pd.DataFrame, tracks: Sequence[_Track], frames: Ints) -> Repairs:
     """Which of these frames are interpolated, and which of the table's are left out."""
     known = table["frame"].to_numpy()
     used = np.isin(known, frames)
     unseen = {track.body: tuple(known[used & ~track.seen].tolist()) for track in tracks}
     outliers = {track.body: tuple(known[used & track.jumped].tolist()) for track in tracks}
-    return Repairs(
-        tuple(np.setdiff1d(frames, known).tolist()),
-        {body: numbers for body, numbers in unseen.items() if numbers},
-        {body: numbers for body, numbers in outliers.items() if numbers},
-        tuple(known[~used].tolist()),
-    )
+    unseen, outliers = ({body: n for body, n in of.items() if n} for of in (unseen, outliers))
+    missing = tuple(np.setdiff1d(frames, known).tolist())
+    return Repairs(missing, unseen, outliers, tuple(known[~used].tolist()))
 
 
 def _require_few(
@@ -280,19 +271,17 @@ def _motion(source: FileSource, times: Floats, track: _Track, at: Floats, rules:
     smoother = smoothing.causally_smoothed if causal else smoothing.smoothed
     smooth = smoother(times, poses, at, rules.smoothing)
     if rates is not None or not rules.smooth_poses:
-        smooth = smooth._replace(values=interpolated(at, times, poses), variances=smooth.errors)
+        lines = smoothing.interpolated(at, times, poses)
+        smooth = smooth._replace(values=lines, variances=smooth.errors)
     made = se3.to_velocities(smooth.values)
-    placed, turn = se3.moved(
-        se3.units(smooth.values), (0, 0, 0) if rules.origin is None else rules.origin
-    )
-    covariances = [
-        (turn @ made * variances[:, None]) @ (turn @ made).transpose(0, 2, 1)
-        for variances in (smooth.variances, smooth.rate_variances)
-    ]
+    origin = (0, 0, 0) if rules.origin is None else rules.origin
+    placed, turn = se3.moved(se3.units(smooth.values), origin)
+    turned, errors = turn @ made, (smooth.variances, smooth.rate_variances)
+    covariances = [(turned * own[:, None]) @ turned.transpose(0, 2, 1) for own in errors]
     velocities = (made @ smooth.rates[:, :, None])[:, :, 0]
     if rates is None:
         return Motion(placed, velocities @ turn.T, *covariances)
-    given = interpolated(at, times, rates[track.good])
+    given = smoothing.interpolated(at, times, rates[track.good])
     _require_agreement(source, track.rates, given, velocities)
     return Motion(placed, given @ turn.T, covariances[0])
 
@@ -305,12 +294,9 @@ def _require_agreement(
     The root mean square of their difference may be half of the larger one's, and a bit more.
     """
     turns = 2 if len(names) == 3 else 3  # where rates of turns begin, in the plane or in space
-    parts = zip((slice(turns), slice(turns, None)), LEAST_DISAGREEMENT, strict=True)
-    for columns, least in parts:
-        own, of_poses, apart = (
-            float(np.sqrt(np.mean(np.sum(np.square(rates[:, columns]), axis=1))))
-            for rates in (given, derived, given - derived)
-        )
+    for columns, least in zip((slice(turns), slice(turns, None)), LEAST_DISAGREEMENT, strict=True):
+        squares = (np.square(rates[:, columns]) for rates in (given, derived, given - derived))
+        own, of_poses, apart = (float(np.sqrt(np.mean(np.sum(s, axis=1)))) for s in squares)
         if apart > DISAGREEMENT * max(own, of_poses) + least:
             raise source.error(
                 f"{', '.join(names[columns])} contradict the poses: {own:.3g} a second (root mean "

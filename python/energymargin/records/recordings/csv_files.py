@@ -15,18 +15,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from energymargin.base.aliases import AnyPath, Floats
 from energymargin.base.checks import one_of
 from energymargin.base.errors import needs_extra
 from energymargin.records.recordings.cleaning import LooseRules, Rules, cleaned, require_origin
 from energymargin.records.recordings.formats import require_recording
 from energymargin.records.recordings.recording import Recording
-from energymargin.records.recordings.table import (
-    FileSource,
-    Floats,
-    fields_of,
-    first,
-    require_whole,
-)
+from energymargin.records.recordings.table import FileSource, fields_of, first, require_whole
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -59,9 +54,10 @@ def headers(names: Collection[str]) -> dict[str, tuple[str, float | None]]:
     the size of its unit if it has one."""
     known = fields_of(names)
     sized = [(name, *unit) for name in known for unit in UNITS.get(_kind(name), {}).items()]
-    return {name: (name, None) for name in known} | {
-        f"{name}_{unit}{'_s' * name.endswith(RATES)}": (name, size) for name, unit, size in sized
-    }
+    found: dict[str, tuple[str, float | None]] = {name: (name, None) for name in known}
+    for name, unit, size in sized:
+        found[f"{name}_{unit}{'_s' * name.endswith(RATES)}"] = (name, size)
+    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,11 +88,10 @@ class Columns:
             one_of(f"the unit of {kind}", unit, list(UNITS[kind]))
         places = [column for column in self.columns.values() if type(column) is not float]
         for name, column in self.columns.items():
+            right = isinstance(column, str) or (type(column) is int and column >= 0)
+            right &= places.count(column) == 1
             if type(column) is float:
                 right = math.isfinite(column) and name not in ("frame", "time")
-            else:
-                right = isinstance(column, str) or (type(column) is int and column >= 0)
-                right &= places.count(column) == 1
             if not right:
                 raise ValueError(
                     f"columns has {column!r} for {name!r}, expected a name or a number from 0 on "
@@ -111,7 +106,7 @@ class Columns:
         require_origin(self.origin)
 
     @classmethod
-    def of(cls, given: Columns | Mapping[str, Any] | str | os.PathLike[str] | None) -> Columns:
+    def of(cls, given: Columns | Mapping[str, Any] | AnyPath | None) -> Columns:
         """From a JSON file, or from its content; None is the documented layout.
 
         Raises ValueError that names the file, or FileNotFoundError.
@@ -145,11 +140,9 @@ class Columns:
         known = {} if self.columns else headers(first)
         for number, cell in enumerate(() if self.columns else first):
             if cell not in known:
-                raise ValueError(
-                    f"the header has {cell!r}, expected {', '.join(fields_of(first))}, each "
-                    "perhaps with its unit, as object_yaw_deg; or say which column is what: "
-                    "columns=, --columns FILE"
-                )
+                text = f"the header has {cell!r}, expected {', '.join(fields_of(first))}"
+                text += ", each perhaps with its unit, as object_yaw_deg"
+                raise ValueError(f"{text}; or say which column is what: columns=, --columns FILE")
             name, size = known[cell]
             if name in found:
                 raise ValueError(f"the header has {name!r} more than once")
@@ -167,9 +160,8 @@ class Columns:
         """The number of a field's column, from 0 on."""
         if isinstance(given, int):
             if given >= len(first):
-                raise ValueError(
-                    f"there is no column {given} ({field}), expected 0 to {len(first) - 1}"
-                )
+                text = f"there is no column {given} ({field}), expected 0 to {len(first) - 1}"
+                raise ValueError(text)
             return given
         if not self.has_header:
             raise ValueError(f"columns names {given!r}, but the file is to have no header")
@@ -184,8 +176,8 @@ class Columns:
 
 
 def read_csv(
-    path: str | os.PathLike[str],
-    columns: Columns | Mapping[str, Any] | str | os.PathLike[str] | None = None,
+    path: AnyPath,
+    columns: Columns | Mapping[str, Any] | AnyPath | None = None,
     **rules: Unpack[LooseRules],
 ) -> Recording:
     """The recording in a CSV file: a row a frame, with the poses of bodies in a plane or in space.
@@ -292,13 +284,12 @@ def _numbers(source: FileSource, name: str, cells: pd.Series[Any]) -> Floats:
     if name == "frame":
         wrong |= (values != np.round(values)) | (np.abs(values) >= LARGEST_NUMBER)
     if (row := first(wrong)) is not None:
-        expected = f"a {'whole ' if name == 'frame' else ''}number{' in each row' * needed}"
-        text = f"{name} is {cells.iloc[row]!r}, expected {expected}"
-        raise source.error(text, cells.index[row])
+        expected = f"a {'whole ' * (name == 'frame')}number{' in each row' * needed}"
+        raise source.error(f"{name} is {cells.iloc[row]!r}, expected {expected}", cells.index[row])
     return values
 
 
-def read_labels(path: str | os.PathLike[str]) -> dict[str, bool]:
+def read_labels(path: AnyPath) -> dict[str, bool]:
     """Whether each recording succeeded, by its file's name.
 
     The file has the columns recording,success, where success is 1, true or yes, or 0, false or no.
@@ -307,7 +298,7 @@ def read_labels(path: str | os.PathLike[str]) -> dict[str, bool]:
     return {name: label for (name,), label in _labelled(path, ("recording", "success")).items()}
 
 
-def read_frame_labels(path: str | os.PathLike[str]) -> dict[str, dict[int, bool]]:
+def read_frame_labels(path: AnyPath) -> dict[str, dict[int, bool]]:
     """Whether the object was captured in each frame, by the file's name and the frame's number.
 
     The file has the columns recording,frame,captured. Raises as `read_labels`.
@@ -318,7 +309,7 @@ def read_frame_labels(path: str | os.PathLike[str]) -> dict[str, dict[int, bool]
     return labels
 
 
-def _labelled(path: str | os.PathLike[str], header: tuple[str, ...]) -> dict[tuple[str, ...], bool]:
+def _labelled(path: AnyPath, header: tuple[str, ...]) -> dict[tuple[str, ...], bool]:
     """The labels of a file with this header, by what comes before them in their rows."""
     source = FileSource(Path(path))
     (first, names), *rows = read_cells(source).items()

@@ -7,6 +7,8 @@ import os
 from pathlib import Path
 from typing import Literal
 
+from energymargin.base.aliases import AnyPath
+
 UNREAD = {
     "arrays of numpy": (".npy", ".npz"),
     "HDF5, as of robomimic": (".h5", ".hdf5"),
@@ -35,12 +37,17 @@ def require_recording(path: Path) -> None:
             raise ValueError(f"{path} is {what}, which is not read: {WAY}")
 
 
-def kind_of(path: str | os.PathLike[str]) -> Kind:
+def is_bag(path: Path) -> bool:
+    """Whether a file has a bag's suffix."""
+    return path.suffix.lower() in BAG_SUFFIXES
+
+
+def kind_of(path: AnyPath) -> Kind:
     """Who reads it: `read_lerobot` the folder of a LeRobot dataset, `read_bag` any other folder and
     what has a bag's suffix, `read_csv` the rest."""
     if (Path(path) / INFO).is_file():
         return "lerobot"
-    return "bag" if Path(path).suffix.lower() in BAG_SUFFIXES or Path(path).is_dir() else "csv"
+    return "bag" if is_bag(Path(path)) or Path(path).is_dir() else "csv"
 
 
 def require_own_files(folder: Path) -> None:

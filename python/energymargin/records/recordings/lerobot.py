@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import json
 import math
-import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from energymargin.base.aliases import AnyPath, Floats
 from energymargin.base.errors import needs_extra
 from energymargin.base.plausibility import warn
 from energymargin.records.recordings.cleaning import LooseRules, Rules, cleaned
@@ -42,8 +41,8 @@ Place = tuple[str, int, int]
 
 
 def read_lerobot(
-    path: str | os.PathLike[str],
-    columns: Columns | Mapping[str, Any] | str | os.PathLike[str] | None = None,
+    path: AnyPath,
+    columns: Columns | Mapping[str, Any] | AnyPath | None = None,
     **rules: Unpack[LooseRules],
 ) -> list[Recording]:
     """The episodes of a LeRobot dataset (version 3), in the order of their numbers: a recording
@@ -75,12 +74,11 @@ def read_lerobot(
     for episode, values in read_episodes(folder, used).items():
         source = FileSource(folder.with_name(f"{folder.name}:{episode}"), "frame", HINT)
         _compare_rate(source, folder, sizes["time"] * values["time"].to_numpy())
-        table = (values * sizes).assign(**layout.constants)
-        found.append(cleaned(table, source, checked))
+        found.append(cleaned((values * sizes).assign(**layout.constants), source, checked))
     return found
 
 
-def _compare_rate(source: FileSource, folder: Path, times: NDArray[np.float64]) -> None:
+def _compare_rate(source: FileSource, folder: Path, times: Floats) -> None:
     """Warns if the times of an episode are not those of the frames a second that are said."""
     rate = json.loads((folder / INFO).read_text(encoding="utf-8")).get("fps")
     step = usual_step(times)
@@ -93,7 +91,7 @@ def _compare_rate(source: FileSource, folder: Path, times: NDArray[np.float64]) 
         warn([(str(source.path.parent), text)], text)
 
 
-def read_successes(path: str | os.PathLike[str]) -> dict[str, bool] | None:
+def read_successes(path: AnyPath) -> dict[str, bool] | None:
     """Whether each episode succeeded, by the name of its recording: whether `next.success` was ever
     true. None: the dataset does not have that. Errors as `read_lerobot`."""
     folder = Path(path)
@@ -119,24 +117,20 @@ def element_places(folder: Path, *, named: bool = False) -> dict[str, Place]:
     except (ValueError, KeyError, TypeError) as error:
         raise ValueError(f"{path}: {error!r}, expected that of a LeRobot dataset") from error
     if not version.startswith("v3."):
-        raise ValueError(
-            f"{path}: the dataset has version {version}, expected v3: LeRobot's "
-            "convert_dataset_v21_to_v30 converts older ones"
-        )
+        text = f"{path}: the dataset has version {version}, expected v3"
+        raise ValueError(f"{text}: LeRobot's convert_dataset_v21_to_v30 converts older ones")
     found: dict[str, Place] = {}
     for feature, (shape, names) in shapes.items():
         if not all(isinstance(size, int) and 0 <= size <= MOST_ELEMENTS for size in shape):
-            raise ValueError(
-                f"{path}: {feature!r} has the shape {shape}, expected whole numbers from 0 to "
-                f"{MOST_ELEMENTS}"
-            )
+            text = f"{path}: {feature!r} has the shape {shape}"
+            raise ValueError(f"{text}, expected whole numbers from 0 to {MOST_ELEMENTS}")
         if shape == [1]:
             found[OWN.get(feature, feature) if named else feature] = (feature, 0, 1)
         elif len(shape) == 1:
-            words = _names(names) if named else [f"{feature}/{one}" for one in _names(names)]
-            numbers = [] if named else [f"{feature}/{number}" for number in range(shape[0])]
-            for listed in (words, numbers):
-                found |= {word: (feature, k, shape[0]) for k, word in enumerate(listed)}
+            lists = [_names(names), *([] if named else [[str(k) for k in range(shape[0])]])]
+            before = "" if named else f"{feature}/"
+            for listed in lists:
+                found |= {f"{before}{one}": (feature, k, shape[0]) for k, one in enumerate(listed)}
     return found
 
 
@@ -192,7 +186,10 @@ def _table(file: Path, columns: Sequence[str]) -> Any:
         from pyarrow import parquet
     try:
         with parquet.ParquetFile(file) as opened:
-            count = sum(_stored(opened.metadata, columns))
+            groups = map(opened.metadata.row_group, range(opened.metadata.num_row_groups))
+            stored = [group.column(k) for group in groups for k in range(group.num_columns)]
+            asked = (one for one in stored if one.path_in_schema.partition(".")[0] in columns)
+            count = sum(one.num_values for one in asked)
             if count > MOST_NUMBERS:
                 raise ValueError(f"has {count} numbers, expected at most {MOST_NUMBERS} in a file")
             return opened.read(columns=list(columns))
@@ -200,15 +197,7 @@ def _table(file: Path, columns: Sequence[str]) -> Any:
         raise ValueError(f"{file}: {error}") from error
 
 
-def _stored(metadata: Any, columns: Sequence[str]) -> Iterator[int]:
-    """How many numbers each part of the columns of a Parquet file has."""
-    for group in map(metadata.row_group, range(metadata.num_row_groups)):
-        for column in map(group.column, range(group.num_columns)):
-            if column.path_in_schema.partition(".")[0] in columns:
-                yield column.num_values
-
-
-def _numbers(file: Path, table: Any, feature: str, place: int, size: int) -> NDArray[np.float64]:
+def _numbers(file: Path, table: Any, feature: str, place: int, size: int) -> Floats:
     """The numbers of an element of a feature of this size, shape (R,)."""
     if feature not in table.column_names:
         raise ValueError(f"{file}: there is no column {feature!r}, expected it")

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from typing import Any, Protocol, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin import Scene, World, tasks
+from energymargin.base.aliases import Floats, Mask
 from energymargin.base.checks import positive_number
 from energymargin.base.reprs import Record
 from energymargin.datasets import Dataset
@@ -28,12 +28,12 @@ UPRIGHT = 1e-6
 class Placed(Record):
     """K frames of a recording of B bodies in a scene."""
 
-    states: NDArray[np.float64]
+    states: Floats
     """State vector of each frame, shape (K, n)."""
-    moved: NDArray[np.float64]
+    moved: Floats
     """Distances by which the bodies were moved out of an overlap [m], shape (K, B), in the order of
     the recording, tools last: of object and effector."""
-    stuck: NDArray[np.bool_]
+    stuck: Mask
     """Frames as measured, whose bodies overlap wherever they are moved to, shape (K,)."""
 
 
@@ -97,19 +97,16 @@ def _require_bodies(recording: Recording, scene: Scene, given: dict[str, str]) -
         name = given.get(body, body)
         if name not in [one.name for one in scene.bodies]:
             way = f"{body}=NAME says how it is called there" if body in given else "rename one"
-            raise ValueError(
-                f"{recording.name} has the body {body!r}, and the scene has no {name!r}: {way}, "
-                f"one of {known}"
-            )
+            text = f"{recording.name} has the body {body!r}, and the scene has no {name!r}"
+            raise ValueError(f"{text}: {way}, one of {known}")
 
 
 def _moves_in_plane(scene: Scene, name: str, motion: Motion) -> bool:
     """Whether a body moves in the plane; ValueError if it does, and is tilted in the scene."""
     start = scene.slice(name).start
     if planar(motion.poses) and math.hypot(*scene.pack()[start + 3 : start + 5]) > UPRIGHT:
-        raise ValueError(
-            f"body {name!r} is tilted in the scene, expected one that is turned about z alone"
-        )
+        text = f"body {name!r} is tilted in the scene, expected one that is turned about z alone"
+        raise ValueError(text)
     return planar(motion.poses)
 
 
@@ -120,7 +117,7 @@ class RecordedTask(Task, Protocol):
         """The scene in which the bodies were recorded."""
         ...
 
-    def captured(self, state: NDArray[np.float64], params: Params) -> Regions:
+    def captured(self, state: Floats, params: Params) -> Regions:
         """Z_cap(z) of a state, shape (n,), or that of each object."""
         ...
 
@@ -167,12 +164,10 @@ def dataset(
     given = _numbers(made) if params is None else dict(params)
     _require_names([recording.name for recording in recordings], labels, captured)
     scene = _scene(made, given)
-    world = World(scene)
+    world, names = World(scene), {"object": object, "effector": effector}
     trajectories = []
     for number, recording in enumerate(recordings):
-        in_scene = placed(
-            recording, scene, object=object, effector=effector, most_overlap=most_overlap
-        )
+        in_scene = placed(recording, scene, **names, most_overlap=most_overlap)
         if notice is not None and (in_scene.moved.any() or in_scene.stuck.any()):
             notice(f"{recording.name}: {_overlaps(in_scene)}")
         states, some, any_end = in_scene.states, None, None
@@ -191,9 +186,7 @@ def dataset(
     return Dataset(made.name, parameters_of(made), 0, trajectories)
 
 
-def _inside(
-    scene: Scene, sets: Sequence[Regions], states: NDArray[np.float64]
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_] | None]:
+def _inside(scene: Scene, sets: Sequence[Regions], states: Floats) -> tuple[Mask, Mask | None]:
     """Whether all objects are in their sets, of each state, shape (K,), and whether any of several
     is; None of one set for all."""
     each = [inside(own, scene, state) for own, state in zip(sets, states, strict=True)]
@@ -206,17 +199,16 @@ def _recorded_task(task: str | Task, *, labelled: bool) -> RecordedTask:
     for method in ("scene", "captured", *(() if labelled else ("succeeded",))):
         if not callable(getattr(made, method, None)):
             without = "" if labelled else " without labels"
-            raise ValueError(
-                f"task {made.name!r} has no {method}(), which recordings{without} need"
-            )
+            text = f"task {made.name!r} has no {method}(), which recordings{without} need"
+            raise ValueError(text)
     return cast(RecordedTask, made)
 
 
 def _numbers(task: RecordedTask) -> dict[str, float]:
     """The task's parameters that are numbers."""
     given = parameters_of(task).items()
-    known = {name: v for name, v in given if isinstance(v, (int, float))}
-    return {name: float(v) for name, v in known.items() if not isinstance(v, bool)}
+    plain = ((n, v) for n, v in given if isinstance(v, (int, float)))
+    return {name: float(value) for name, value in plain if not isinstance(value, bool)}
 
 
 def _require_names(names: Sequence[str], *labels: Mapping[str, Any] | None) -> None:
@@ -242,14 +234,13 @@ def _scene(task: RecordedTask, params: Params) -> Scene:
 
 def _overlaps(in_scene: Placed) -> str:
     """How many frames were moved apart, and how many found no place."""
-    return (
-        f"in {in_scene.moved.any(axis=1).sum()} of {len(in_scene.states)} frames bodies overlapped "
-        f"and were moved apart, by at most {1e3 * in_scene.moved.max():.2g} mm; "
-        f"{in_scene.stuck.sum()} found no place and stay as measured"
-    )
+    many = f"in {in_scene.moved.any(axis=1).sum()} of {len(in_scene.states)} frames"
+    far = f"by at most {1e3 * in_scene.moved.max():.2g} mm"
+    stuck = f"{in_scene.stuck.sum()} found no place and stay as measured"
+    return f"{many} bodies overlapped and were moved apart, {far}; {stuck}"
 
 
-def _frame_labels(recording: Recording, captured: Mapping[int, bool]) -> NDArray[np.bool_]:
+def _frame_labels(recording: Recording, captured: Mapping[int, bool]) -> Mask:
     """The label of each frame; one that was missing in the file has that of the one before."""
     labels: list[bool] = []
     for number in recording.frames.tolist():

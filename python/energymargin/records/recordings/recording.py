@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from energymargin.base.aliases import Floats, Ints
 from energymargin.base.checks import whole_number
 from energymargin.base.reprs import Record
 from energymargin.beliefs import Uncertainty
@@ -20,16 +20,16 @@ PLANE = [0, 1, 5]  # x, y and the turn about z, of six errors
 class Motion(Record):
     """One body over K frames: in the plane, D = 3, or in space, D = 6."""
 
-    poses: NDArray[np.float64]
+    poses: Floats
     """x, y [m] and yaw [rad, without jumps], shape (K, 3), or x, y, z [m] and the quaternion
     x, y, z, w, shape (K, 7)."""
-    velocities: NDArray[np.float64]
+    velocities: Floats
     """[m/s, rad/s]: of x, y and yaw, or of x, y and z and the angular velocity about the axes of
     the scene, shape (K, D)."""
-    pose_covariances: NDArray[np.float64] | None = None
+    pose_covariances: Floats | None = None
     """Covariances of the poses' errors, shape (K, D, D), from the residuals of a smoothing spline;
     None: they are not known. In space of the position and the rotation vector."""
-    velocity_covariances: NDArray[np.float64] | None = None
+    velocity_covariances: Floats | None = None
     """Covariances of the velocities' errors, shape (K, D, D); None also of measured velocities."""
 
     def at(self, frame: int, height: float = 0.0) -> dict[str, Any]:
@@ -64,13 +64,12 @@ class Repairs(Record):
 
     def __str__(self) -> str:
         """The counts, as text."""
-        counts = [
-            (len(self.missing), "missing frames filled"),
-            *((len(n), f"poses of the {body} not seen, filled") for body, n in self.unseen.items()),
-            *((len(n), f"outliers of the {body} replaced") for body, n in self.outliers.items()),
-            (len(self.left_out), "frames at its ends left out"),
-        ]
-        return ", ".join(f"{count} {what}" for count, what in counts if count) or "nothing repaired"
+        counts = {"missing frames filled": self.missing}
+        counts |= {f"poses of the {body} not seen, filled": n for body, n in self.unseen.items()}
+        counts |= {f"outliers of the {body} replaced": n for body, n in self.outliers.items()}
+        counts["frames at its ends left out"] = self.left_out
+        words = ", ".join(f"{len(n)} {what}" for what, n in counts.items() if n)
+        return words or "nothing repaired"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -79,9 +78,9 @@ class Recording(Record):
 
     name: str
     """The file's."""
-    frames: NDArray[np.int64]
+    frames: Ints
     """The camera's number of each frame, shape (K,)."""
-    times: NDArray[np.float64]
+    times: Floats
     """[s], shape (K,); they rise, not always by the same step."""
     bodies: dict[str, Motion]
     """Their motions by name, as "object" and "effector"."""
@@ -121,7 +120,7 @@ class Recording(Record):
         recording with velocities of its own, whose errors nothing tells.
         """
         frame = whole_number("frame", frame, 0, len(self) - 1)
-        given: dict[str, dict[str, NDArray[np.float64]]] = {"pose": {}, "velocity": {}}
+        given: dict[str, dict[str, Floats]] = {"pose": {}, "velocity": {}}
         for name, motion in self.in_scene(object, effector).items():
             if motion.pose_covariances is None or motion.velocity_covariances is None:
                 raise ValueError(

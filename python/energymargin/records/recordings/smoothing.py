@@ -31,8 +31,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from energymargin.base.aliases import Floats, Mask
 from energymargin.records.recordings.poses import directions, positions
-from energymargin.records.recordings.table import Floats, Mask
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline
@@ -119,8 +119,7 @@ def _spline(moments: Floats, values: Floats, scale: float) -> tuple[BSpline, flo
     noise = SIGMA_OF_MAD * float(np.median(third)) / NOISE_OF_THIRD if len(third) else 0.0
     while True:
         spline = make_smoothing_spline(moments, values, lam=scale**4)
-        away = np.abs(spline(moments) - values).max()
-        if away <= FARTHEST * noise or scale < LEAST_SCALE:
+        if np.abs(spline(moments) - values).max() <= FARTHEST * noise or scale < LEAST_SCALE:
             return spline, scale
         scale /= 2
 

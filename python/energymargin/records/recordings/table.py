@@ -15,17 +15,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
+
+from energymargin.base.aliases import Floats, Ints, Mask
 
 PLANAR = (("x", "y", "yaw"), ("vx", "vy", "yaw_rate"))
 SPATIAL = (("x", "y", "z", "qx", "qy", "qz", "qw"), ("vx", "vy", "vz", "wx", "wy", "wz"))
 BODIES = ("object", "effector")  # where the columns name no others
 PLACES = [rf"(.+)_{axis}(_[cm]?m)?" for axis in "xy"]
 UNIT = 1e-3  # by so much a quaternion of single precision is not of length one
-
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Lines = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -43,7 +40,7 @@ class FileSource:
         where = "" if line is None else f", {self.row} {line}"
         return ValueError(f"{self.path}{where}: {text}")
 
-    def require_rising(self, name: str, values: Floats, lines: Lines) -> None:
+    def require_rising(self, name: str, values: Floats, lines: Ints) -> None:
         """Raises ValueError with the line where these values, shape (R,), do not rise."""
         falls = ~(np.diff(values) > 0)
         if (k := first(falls)) is not None:
@@ -54,7 +51,7 @@ class FileSource:
             )
 
     def require_poses(
-        self, body: str, poses: Floats, lines: Lines, wrong: Sequence[tuple[Mask, str]] = ()
+        self, body: str, poses: Floats, lines: Ints, wrong: Sequence[tuple[Mask, str]] = ()
     ) -> None:
         """Raises ValueError with the line of a pose in space, shape (N, 7), whose quaternion is no
         unit one, or that is wrong for another reason, each a mask (N,) and its words."""
@@ -96,6 +93,5 @@ def require_whole(what: str, given: Collection[str]) -> None:
         needed += [*poses, *(rates if not set(rates).isdisjoint(given) else [])]
     missing = [name for name in needed if name not in given]
     if missing:
-        raise ValueError(
-            f"{what} lacks {missing[0]!r}; frame may be missing, and all velocities of a body"
-        )
+        text = f"{what} lacks {missing[0]!r}; frame may be missing, and all velocities of a body"
+        raise ValueError(text)

@@ -19,8 +19,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.base.aliases import AnyPath, Floats
 from energymargin.base.errors import needs_extra
-from energymargin.base.replacing import replaced
+from energymargin.base.replacing import replaced, require_suffix
 from energymargin.records import datasets
 from energymargin.records.datasets import Dataset
 from energymargin.records.recordings import lerobot
@@ -35,10 +36,8 @@ if TYPE_CHECKING:
 SUFFIXES = (".csv", ".parquet")
 QUANTILES = (0.1, 0.5, 0.9)  # of the particles of a belief
 
-OF_STATE = (  # columns of the fields of a ScoredState, but its scores
-    *("trajectory", "frame", "captured", "succeeded"),
-    *("captured_any", "succeeded_any", "seconds"),
-)
+OF_LABELS = ("captured", "succeeded", "captured_any", "succeeded_any")
+OF_STATE = ("trajectory", "frame", *OF_LABELS, "seconds")  # a ScoredState's but for its scores
 OF_PANDAS = {int: "int64", bool: "boolean", float: "float64", str: "str"}
 
 Kinds = dict[str, type]
@@ -51,7 +50,7 @@ Columns = dict[str, NDArray[np.float32]]
 """By name: a score of each frame of an episode, shape (K,)."""
 
 
-def load(path: str | os.PathLike[str], *, run: int | None = None) -> pd.DataFrame:
+def load(path: AnyPath, *, run: int | None = None) -> pd.DataFrame:
     """All scores of a store, or those of one run, with the states' labels and the settings.
 
     A row is a state of a run, so two runs give a state two rows: its `run`, `task`, `trajectory`,
@@ -64,12 +63,10 @@ def load(path: str | os.PathLike[str], *, run: int | None = None) -> pd.DataFram
     quantiles over the particles. Needs the extra [tables]. Raises what ScoreStore does.
     """
     with ScoreStore(path) as store:
-        return _frame(*_states(_runs(store, run)))
+        return _frame(*_states(store.runs() if run is None else [store.run(run)]))
 
 
-def export(
-    path: str | os.PathLike[str], output: str | os.PathLike[str], *, run: int | None = None
-) -> int:
+def export(path: AnyPath, output: AnyPath, *, run: int | None = None) -> int:
     """Writes the table of `load` into a .csv file, row by row, or a .parquet file; returns how many
     rows it has.
 
@@ -81,13 +78,12 @@ def export(
     Raises ValueError on another suffix.
     """
     output = Path(output)
-    if output.suffix not in SUFFIXES:
-        raise ValueError(f"output is {str(output)!r}, expected a name with {' or '.join(SUFFIXES)}")
+    require_suffix("output", output, SUFFIXES)
     if not output.parent.is_dir():
         raise FileNotFoundError(errno.ENOENT, "no such folder", str(output.parent))
     write = _write_csv if output.suffix == ".csv" else _write_parquet
     with ScoreStore(path) as store:
-        runs = _runs(store, run)
+        runs = store.runs() if run is None else [store.run(run)]
         if any(one.has_curves for one in runs):
             with replaced(curves_path(output)) as file:
                 write(file, *_curves(runs))
@@ -95,7 +91,7 @@ def export(
             return write(file, *_states(runs))
 
 
-def curves_path(output: str | os.PathLike[str]) -> Path:
+def curves_path(output: AnyPath) -> Path:
     """The file into which `export` writes the curves, if there are any."""
     output = Path(output)
     return output.with_name(f"{output.stem}-curves{output.suffix}")
@@ -180,18 +176,11 @@ def _frame(kinds: Kinds, rows: Iterator[tuple[Any, ...]]) -> pd.DataFrame:
     with needs_extra("a data frame, as for Parquet,", "tables"):
         import pandas as pd
     columns = list(zip(*rows, strict=True)) or [()] * len(kinds)
-    return pd.DataFrame(
-        {
-            name: pd.Series(
-                column, dtype="Int64" if kind is int and None in column else OF_PANDAS[kind]
-            )
-            for (name, kind), column in zip(kinds.items(), columns, strict=True)
-        }
-    )
-
-
-def _runs(store: ScoreStore, number: int | None) -> list[Run]:
-    return store.runs() if number is None else [store.run(number)]
+    series = {}
+    for (name, kind), column in zip(kinds.items(), columns, strict=True):
+        dtype = "Int64" if kind is int and None in column else OF_PANDAS[kind]
+        series[name] = pd.Series(column, dtype=dtype)
+    return pd.DataFrame(series)
 
 
 def _widest(values: Sequence[Any]) -> type:
@@ -205,12 +194,7 @@ def _widest(values: Sequence[Any]) -> type:
 
 
 def export_lerobot(
-    path: str | os.PathLike[str],
-    data: str | os.PathLike[str],
-    folder: str | os.PathLike[str],
-    output: str | os.PathLike[str],
-    *,
-    run: int | None = None,
+    path: AnyPath, data: AnyPath, folder: AnyPath, output: AnyPath, *, run: int | None = None
 ) -> list[str]:
     """Copies a LeRobot dataset, with the scores of its frames as features; returns their names.
 
@@ -234,9 +218,8 @@ def export_lerobot(
         raise FileExistsError(f"{output} exists, expected the name of a new folder")
     scored = [name for name in lerobot.element_places(folder) if name.startswith(PREFIX)]
     if scored:
-        raise ValueError(
-            f"{folder} has {scored[0]} already, expected the dataset that was imported"
-        )
+        text = f"{folder} has {scored[0]} already, expected the dataset that was imported"
+        raise ValueError(text)
     with ScoreStore(path) as store, datasets.open(data) as dataset:
         chosen = store.run(run)
         if why := chosen.why_not_of(dataset, str(data), str(path)):
@@ -257,9 +240,7 @@ def export_lerobot(
     return list(named)
 
 
-def _by_episode(
-    folder: Path, dataset: Dataset, scores: Mapping[str, NDArray[np.float64]]
-) -> dict[int, Columns]:
+def _by_episode(folder: Path, dataset: Dataset, scores: Mapping[str, Floats]) -> dict[int, Columns]:
     """The scores of each episode's frames: those of the trajectory of the same place, by time."""
     time = lerobot.element_places(folder)[lerobot.TIME]
     frame = (lerobot.FRAME, 0, 1)
@@ -278,10 +259,8 @@ def _by_episode(
         rows = np.clip(np.searchsorted(at, trajectory.times - SAME_TIME), 0, len(at) - 1)
         same = np.abs(at[rows] - trajectory.times) <= SAME_TIME
         if (~same).mean() > MOST_REPAIRED:
-            raise ValueError(
-                f"episode {number} of {folder} has other times than its trajectory, expected the "
-                "dataset that was imported"
-            )
+            text = f"episode {number} of {folder} has other times than its trajectory"
+            raise ValueError(f"{text}, expected the dataset that was imported")
         found[number] = {}
         for name, values in scores.items():
             column = np.full(len(at), np.nan, dtype=np.float32)
@@ -292,28 +271,22 @@ def _by_episode(
 
 
 def _add_columns(file: Path, episodes: Mapping[int, Columns]) -> None:
-    """Writes a file of frames anew, with its columns and row groups, and the scores beside them."""
+    """Adds the scores to a file of frames, which keeps its columns and row groups."""
     with needs_extra("a LeRobot dataset", "lerobot"):
         import pyarrow
         from pyarrow import parquet
-    names = list(next(iter(episodes.values())))
-    old = file.with_suffix(".old")
-    file.rename(old)
-    with parquet.ParquetFile(old) as source:
-        schema = source.schema_arrow
-        for name in names:
-            schema = schema.append(pyarrow.field(name, pyarrow.float32()))
-        schema = schema.with_metadata(_told(schema.metadata or {}, names))
-        with parquet.ParquetWriter(file, schema) as written:
-            for group in range(source.num_row_groups):
-                table = source.read_row_group(group)
-                numbers, frames = (table[n].to_pylist() for n in (lerobot.EPISODE, lerobot.FRAME))
-                rows = list(zip(numbers, frames, strict=True))
-                for name in names:
-                    column = np.array([episodes[e][name][k] for e, k in rows], dtype=np.float32)
-                    table = table.append_column(name, pyarrow.array(column))
-                written.write_table(table.cast(schema))
-    old.unlink()
+    names, table = list(next(iter(episodes.values()))), parquet.read_table(file)
+    places = (table[name].to_pylist() for name in (lerobot.EPISODE, lerobot.FRAME))
+    rows = list(zip(*places, strict=True))
+    for name in names:
+        column = np.array([episodes[e][name][k] for e, k in rows], dtype=np.float32)
+        table = table.append_column(name, pyarrow.array(column))
+    table = table.replace_schema_metadata(_told(table.schema.metadata or {}, names))
+    metadata, first = parquet.read_metadata(file), 0
+    with parquet.ParquetWriter(file, table.schema) as written:
+        for group in range(metadata.num_row_groups):
+            written.write_table(table.slice(first, metadata.row_group(group).num_rows))
+            first += metadata.row_group(group).num_rows
 
 
 def _told(metadata: Mapping[bytes, bytes], names: list[str]) -> dict[bytes, bytes]:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from energymargin.base.aliases import AnyPath, Floats
 from energymargin.base.checks import whole_number
 from energymargin.base.summary import Summarized
 from energymargin.evaluate.executors.rows import Row
@@ -19,7 +20,6 @@ from energymargin.evaluate.store.answer_file import AnswerFile
 from energymargin.evaluate.store.schema import state_digest
 from energymargin.records.datasets import Dataset, Future
 from energymargin.records.evaluation import LabelledScores
-from energymargin.records.evaluation.labelled import NOW
 from energymargin.records.store.run import Run
 
 LABELS = 10000  # states whose labels are inserted at a time
@@ -49,20 +49,16 @@ class ScoreStore(AnswerFile, Summarized):
             return found[0]
         there = "; ".join(map(str, runs)) or "none"
         if number is None:
-            raise ValueError(
-                f"{self.path} has {len(runs)} runs, choose one by its number (--run): {there}"
-            )
+            text = f"{self.path} has {len(runs)} runs, choose one by its number (--run): {there}"
+            raise ValueError(text)
         raise ValueError(f"run is {number}, and {self.path} has {there}")
 
     def beside(self, run: Run) -> Run | None:
         """The run about the states as they are that has the dataset, belief and settings of this
         one, which has a horizon; of several one that is up to date, with most metrics; None if
         there is none."""
-        alike = [
-            other
-            for other in self.runs()
-            if other.future is None and other.common_settings == run.common_settings
-        ]
+        others = (other for other in self.runs() if other.future is None)
+        alike = [other for other in others if other.common_settings == run.common_settings]
         best = max(alike, key=lambda one: (one.up_to_date, len(one.metrics)), default=None)
         return None if run.future is None else best
 
@@ -72,14 +68,11 @@ class ScoreStore(AnswerFile, Summarized):
         now = self.beside(run)
         return run.labelled_scores(), None if now is None else now.labelled_scores()
 
-    def scores(self, run: Run) -> dict[str, NDArray[np.float64]]:
+    def scores(self, run: Run) -> dict[str, Floats]:
         """The scores of a run by metric, shape (N,), and those of the run `beside` it, with NOW
         before a name that both have."""
         labelled, now = self.labelled_scores(run)
-        found = dict(labelled.scores)
-        for metric, values in {} if now is None else now.scores.items():
-            found[f"{NOW}{metric}" if metric in found else metric] = values
-        return found
+        return labelled.scores if now is None else labelled.scores | labelled.named_beside(now)
 
     def begin(
         self,
@@ -100,22 +93,18 @@ class ScoreStore(AnswerFile, Summarized):
             number = self._dataset(dataset, digest)
             asks = schema.NO_FUTURE if future is None else future.to_json()
             ahead = self.number_of("futures", asks=asks)
-            asked = sorted(
-                self.number_of(
-                    "questions", metric=metric, settings=_json(own), algorithm=algorithm_of(metric)
-                )
+            keys = [
+                {"metric": metric, "settings": _json(own), "algorithm": algorithm_of(metric)}
                 for metric, own in questions.items()
-            )
+            ]
+            asked = sorted(self.number_of("questions", **key) for key in keys)
             for run in self.runs():
                 if (run.dataset, run.future_number, run.questions) == (number, ahead, asked):
                     return run
-            cursor = self.database.execute(
-                "INSERT INTO runs (dataset, future, settings) VALUES (?, ?, ?)",
-                (number, ahead, _json(settings)),
-            )
-            self.database.executemany(
-                "INSERT INTO asked VALUES (?, ?)", [(cursor.lastrowid, one) for one in asked]
-            )
+            insert = "INSERT INTO runs (dataset, future, settings) VALUES (?, ?, ?)"
+            cursor = self.database.execute(insert, (number, ahead, _json(settings)))
+            pairs = [(cursor.lastrowid, one) for one in asked]
+            self.database.executemany("INSERT INTO asked VALUES (?, ?)", pairs)
             assert cursor.lastrowid is not None  # it was just inserted
             return Run(self, cursor.lastrowid)
 
@@ -125,30 +114,20 @@ class ScoreStore(AnswerFile, Summarized):
         row = found.fetchone()
         if row is not None:
             return int(row[0])
-        parameters, states = json.dumps(dataset.parameters), dataset.size
-        number = self.number_of(
-            "datasets", digest=digest, task=dataset.task, parameters=parameters, states=states
-        )
+        facts = {"task": dataset.task, "parameters": json.dumps(dataset.parameters)}
+        number = self.number_of("datasets", digest=digest, states=dataset.size, **facts)
         for first in range(0, dataset.size, LABELS):
-            last = min(first + LABELS, dataset.size)
-            labels = dataset.labels(first, last)
-            self.database.executemany(
-                "INSERT INTO states VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-                ((number, n, *own) for n, own in enumerate(labels, start=first)),
-            )
+            labels = dataset.labels(first, min(first + LABELS, dataset.size))
+            rows = ((number, n, *own) for n, own in enumerate(labels, start=first))
+            self.database.executemany("INSERT INTO states VALUES (?, ?, ?, ?, ?, ?, ?, ?)", rows)
         return number
 
 
-def _json(settings: Mapping[str, Any]) -> str:
-    return json.dumps(settings, sort_keys=True)
+_json = partial(json.dumps, sort_keys=True)
 
 
 def add_scores(
-    path: str | os.PathLike[str],
-    dataset: Dataset,
-    scores: Mapping[str, ArrayLike],
-    *,
-    settings: Mapping[str, Any],
+    path: AnyPath, dataset: Dataset, scores: Mapping[str, ArrayLike], *, settings: Mapping[str, Any]
 ) -> int:
     """Puts scores that were computed elsewhere into the store at `path`, which is made if there is
     none, as a run of their own; returns its number.
@@ -162,10 +141,8 @@ def add_scores(
     columns = {name: np.asarray(values, dtype=np.float64) for name, values in scores.items()}
     for name, values in columns.items():
         if values.shape != (dataset.size,):
-            raise ValueError(
-                f"scores of {name!r} have shape {values.shape}, expected ({dataset.size},): one a "
-                "state"
-            )
+            text = f"scores of {name!r} have shape {values.shape}"
+            raise ValueError(f"{text}, expected ({dataset.size},): one a state")
     if not columns or not settings:
         raise ValueError(f"scores and settings are {sorted(columns)} and {settings}, expected some")
     questions = {metric: dict(settings) for metric in columns}

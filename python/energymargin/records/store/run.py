@@ -11,8 +11,8 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from energymargin.base.aliases import Floats
 from energymargin.base.checks import whole_number
 from energymargin.base.metrics import METRICS, TIMED
 from energymargin.base.summary import Summarized
@@ -74,11 +74,9 @@ class Run(Summarized):
     @cached_property
     def _questions(self) -> list[tuple[str, int, str, str]]:
         """Metric, number, settings (JSON) and algorithm of each, in the order of METRICS."""
-        rows: Iterable[tuple[str, int, str, str]] = self._database.execute(
-            "SELECT metric, id, settings, algorithm FROM asked JOIN questions ON question = id "
-            "WHERE run = ?",
-            (self.number,),
-        )
+        asked = "SELECT metric, id, settings, algorithm FROM asked JOIN questions ON question = id"
+        rows: Iterable[tuple[str, int, str, str]]
+        rows = self._database.execute(f"{asked} WHERE run = {self.number}")
         order = {metric: place for place, metric in enumerate(METRICS)}
         return sorted(rows, key=lambda row: (order.get(row[0], len(order)), row[0]))
 
@@ -123,12 +121,10 @@ class Run(Summarized):
         """In one line: number, task, states, metrics and settings."""
         scored, states = self.counts()
         settings = ", ".join(f"{name} {value}" for name, value in self.settings.items())
-        ahead = "" if self.future is None else f"{self.future}; "
-        ahead += "" if self.sampling is None else f"{self.sampling}; "
-        return (
-            f"run {self.number}: {self.task}, {scored} of {states} states, "
-            f"{', '.join(self.metrics)} ({ahead}{settings}; algorithm {self.algorithm})"
-        )
+        asks = [str(one) for one in (self.future, self.sampling) if one is not None]
+        asked = "; ".join([*asks, settings, f"algorithm {self.algorithm}"])
+        head = f"run {self.number}: {self.task}, {scored} of {states} states"
+        return f"{head}, {', '.join(self.metrics)} ({asked})"
 
     def counts(self) -> tuple[int, int]:
         """How many states have all their scores, and how many there are."""
@@ -137,11 +133,9 @@ class Run(Summarized):
 
     def missing(self, first: int = 0, last: int | None = None) -> list[int]:
         """The numbers of the states from `first` on, before `last`, that lack a score; rising."""
-        rows = self._database.execute(
-            f"SELECT states.number FROM {self._lacking} AND states.number >= ? "
-            "AND states.number < ? ORDER BY states.number",
-            (first, self.states if last is None else last),
-        )
+        last = self.states if last is None else last
+        within = f"states.number >= {first} AND states.number < {last} ORDER BY states.number"
+        rows = self._database.execute(f"SELECT states.number FROM {self._lacking} AND {within}")
         return [number for (number,) in rows]
 
     def pose(self, digests: Mapping[int, bytes]) -> dict[int, tuple[str, ...]]:
@@ -153,12 +147,9 @@ class Run(Summarized):
     def known_problems(self, numbers: Sequence[int]) -> dict[int, bytes]:
         """Digests of the problems that some states made before, by their numbers, which rise."""
         listed = ", ".join(map(str, numbers))
-        return dict(
-            self._database.execute(
-                "SELECT number, digest FROM posed JOIN problems ON problem = problems.id "
-                f"WHERE {self._place} AND number IN ({listed}) ORDER BY number"
-            )
-        )
+        known = "SELECT number, digest FROM posed JOIN problems ON problem = problems.id"
+        place = f"{self._place} AND number IN ({listed})"
+        return dict(self._database.execute(f"{known} WHERE {place} ORDER BY number"))
 
     def forget_problems(self) -> None:
         """Forgets which problems all states made before."""
@@ -172,9 +163,8 @@ class Run(Summarized):
             "DO UPDATE SET problem = excluded.problem WHERE problem != excluded.problem",
             (self.dataset, self.future_number, number, problem),
         )
-        there = self._database.execute(
-            "SELECT question FROM scores WHERE problem = ? AND stream = ?", (problem, number)
-        ).fetchall()
+        asked = "SELECT question FROM scores WHERE problem = ? AND stream = ?"
+        there = self._database.execute(asked, (problem, number)).fetchall()
         return tuple(metric for metric, question in self.asked.items() if (question,) not in there)
 
     def add_rows(self, rows: Sequence[Row]) -> None:
@@ -184,11 +174,9 @@ class Run(Summarized):
                 posed = f"SELECT problem FROM posed WHERE {self._place} AND number = {row.index}"
                 problem = self.store.value(posed)
                 for table, values in self._inserted(row):
-                    self._database.execute(
-                        f"INSERT INTO {table} VALUES (?, ?{', ?' * len(values)}) "
-                        "ON CONFLICT DO NOTHING",
-                        (problem, row.index, *values),
-                    )
+                    marks = f"VALUES (?, ?{', ?' * len(values)}) ON CONFLICT DO NOTHING"
+                    entry = (problem, row.index, *values)
+                    self._database.execute(f"INSERT INTO {table} {marks}", entry)
 
     def _inserted(self, row: Row) -> Iterator[tuple[str, tuple[Any, ...]]]:
         """The table of each value of a row, and its columns from the question on."""
@@ -204,22 +192,17 @@ class Run(Summarized):
     def seconds(self) -> float:
         """Mean computing time of a state that has all its scores [s]; 0 if none has."""
         scored, _ = self.counts()
-        total = sum(self.times().values())
-        return total / scored if scored else 0.0
+        return sum(self.times().values()) / scored if scored else 0.0
 
     def times(self) -> dict[str, float]:
         """Computing time of each metric, of all states [s]; the first of those that share a search
         has all of it."""
-        return {
-            metric: float(self._answers("scores", "total(seconds)", metric).fetchone()[0])
-            for metric in self.metrics
-        }
+        totals = {m: self._answers("scores", "total(seconds)", m).fetchone() for m in self.metrics}
+        return {metric: float(total) for metric, (total,) in totals.items()}
 
     def rows(self) -> Iterator[ScoredState]:
         """All states, in the order of their numbers."""
-        scores = "".join(
-            f", max(iif(question = {question}, value, NULL))" for question in self.asked.values()
-        )
+        scores = "".join(f", max(iif(question = {n}, value, NULL))" for n in self.asked.values())
         rows = self._database.execute(
             "SELECT trajectory, frame, captured, success, captured_any, success_any, "
             f"total(seconds){scores} FROM {self._posed} "
@@ -245,7 +228,7 @@ class Run(Summarized):
         """Whether there is any curve."""
         return self._answers("curves", "1", more="LIMIT 1").fetchone() is not None
 
-    def particles(self, number: int, metric: str) -> NDArray[np.float64] | None:
+    def particles(self, number: int, metric: str) -> Floats | None:
         """The scores of the particles of a state's belief, shape (N,); None if it is not there.
 
         Errors: as `curve`.
@@ -256,9 +239,8 @@ class Run(Summarized):
     def _found(self, columns: str, table: str, number: int, metric: str) -> tuple[Any, ...] | None:
         """What `curves` or `particles` has of a state and a metric; None if it is not there."""
         number = whole_number("number", number, 0, self.states - 1)
-        row: tuple[Any, ...] | None = self._answers(
-            table, columns, metric, f"AND number = {number}"
-        ).fetchone()
+        found = self._answers(table, columns, metric, f"AND number = {number}")
+        row: tuple[Any, ...] | None = found.fetchone()
         return row
 
     def _answers(
@@ -283,17 +265,15 @@ class Run(Summarized):
         which is a mean of noughts and ones."""
         return [] if self.sampling is None else [m for m in self.metrics if m not in TIMED]
 
-    def quantiles(self, metric: str, shares: Sequence[float]) -> NDArray[np.float64]:
+    def quantiles(self, metric: str, shares: Sequence[float]) -> Floats:
         """Quantiles of the scores of each state's particles, shape (N, len(shares)): the lowest
         score below or at which so large a share of them is. NaN where there are no particles.
 
         Raises ValueError on a metric that the run does not have, and on a probability.
         """
         if metric in TIMED:
-            raise ValueError(
-                f"metric is {metric!r}, whose particles have one rollout each, 1 or 0, expected "
-                "one without a clock, such as 'capture'"
-            )
+            text = f"metric is {metric!r}, whose particles have one rollout each, 1 or 0"
+            raise ValueError(f"{text}, expected one without a clock, such as 'capture'")
         found = np.full((self.states, len(shares)), np.nan)
         for number, scores in self._answers("particles", "number, scores", metric):
             found[number] = np.quantile(_unpacked(scores), shares, method="inverted_cdf")
@@ -312,18 +292,12 @@ class Run(Summarized):
         rows = ((row.trajectory, *row[2:6], *row.scores) for row in self.rows())
         kind = np.dtype((float, 5 + len(self.metrics)))
         columns = np.fromiter(rows, kind, self.states).T.copy()  # None becomes NaN
-        trajectory, captured, success, captured_any, success_any, *scores = columns
-        return LabelledScores(
-            task=self.task,
-            trajectory=trajectory.astype(np.int64),
-            captured=captured.astype(bool),
-            success=success.astype(bool),
-            scores=dict(zip(self.metrics, scores, strict=True)),
-            captured_any=None if np.isnan(captured_any).any() else captured_any.astype(bool),
-            success_any=None if np.isnan(success_any).any() else success_any.astype(bool),
-            asks=self._asks(),
-            frames=None if self.future is None else self.future.frames,
-        )
+        trajectory, captured, success, *of_any = columns[:5]
+        some, any_end = (None if np.isnan(own).any() else own.astype(bool) for own in of_any)
+        scores = dict(zip(self.metrics, columns[5:], strict=True))
+        labels = trajectory.astype(np.int64), captured.astype(bool), success.astype(bool)
+        asks, frames = self._asks(), None if self.future is None else self.future.frames
+        return LabelledScores(self.task, *labels, scores, some, any_end, asks, frames)
 
     def why_not_of(self, dataset: Dataset, name: str, scores: str) -> str:
         """Why it did not score this dataset, empty if it did; `name` and `scores` are those of the
@@ -343,31 +317,28 @@ class Run(Summarized):
     @property
     def _posed(self) -> str:
         """In SQL: all states, each with its problem if that was made."""
-        return (
-            f"states LEFT JOIN posed ON posed.dataset = states.dataset "
-            f"AND posed.future = {self.future_number} AND posed.number = states.number"
-        )
+        place = f"posed.future = {self.future_number} AND posed.number = states.number"
+        return f"states LEFT JOIN posed ON posed.dataset = states.dataset AND {place}"
 
     @property
     def _lacking(self) -> str:
         """In SQL: the states that lack a score of the run, of which those without a problem have
         none."""
-        return (
-            f"{self._posed} WHERE states.dataset = {self.dataset} AND (SELECT count(*) FROM scores "
-            "WHERE scores.problem = posed.problem "
-            f"AND stream = posed.number AND question IN ({self._listed})) < {len(self.asked)}"
-        )
+        of_state = "scores.problem = posed.problem AND stream = posed.number"
+        there = f"SELECT count(*) FROM scores WHERE {of_state} AND question IN ({self._listed})"
+        states = f"{self._posed} WHERE states.dataset = {self.dataset}"
+        return f"{states} AND ({there}) < {len(self.asked)}"
 
     @cached_property
     def _listed(self) -> str:
         return ", ".join(map(str, self.questions))
 
 
-def _packed(numbers: NDArray[np.float64]) -> bytes:
+def _packed(numbers: Floats) -> bytes:
     return np.asarray(numbers, FLOATS).tobytes()
 
 
-def _unpacked(numbers: bytes) -> NDArray[np.float64]:
+def _unpacked(numbers: bytes) -> Floats:
     return np.frombuffer(numbers, FLOATS).astype(np.float64)
 
 

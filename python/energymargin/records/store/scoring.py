@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from functools import partial
@@ -12,45 +11,41 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from energymargin._core import Cancel, Problem
+from energymargin.base.aliases import AnyPath
+from energymargin.base.bars import Update
 from energymargin.base.limits import Limit
 from energymargin.base.metrics import CLOCKLESS, TIMED
 from energymargin.base.plausibility import warn
+from energymargin.evaluate import searches
 from energymargin.evaluate.asking import ask
 from energymargin.evaluate.belief_scoring import BeliefWork, Sharing, particle_chunk
 from energymargin.evaluate.executors.choice import Executor, chosen_executor
 from energymargin.evaluate.executors.rows import Row, Work, score_chunk
 from energymargin.evaluate.scoring import ScoreError
-from energymargin.evaluate.searches import (
-    LooseSettings,
-    SearchSettings,
-    chosen_metrics,
-    chosen_settings,
-)
 from energymargin.evaluate.store.schema import state_digest
 from energymargin.model.beliefs.belief import Belief
 from energymargin.model.beliefs.sampling import PARTICLES, Sampling
 from energymargin.model.beliefs.uncertainty import Uncertainty
 from energymargin.records import datasets
 from energymargin.records.datasets import Dataset, Future
-from energymargin.records.datasets.dataset import StateError, left_out_text
+from energymargin.records.datasets.dataset import SAMPLE, StateError, left_out_text, spread
 from energymargin.records.store.file import ScoreStore
 from energymargin.records.store.run import Run
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-SAMPLE = 20  # states that tell which metrics there are
 COMPARED = 100  # states whose problems are compared with those of before
 WINDOW = 20000  # states that are searched at a time for missing scores
 BLOCK = 16  # problems that are made at a time
 
 
 def score_dataset(
-    dataset: Dataset | str | os.PathLike[str],
-    path: str | os.PathLike[str],
+    dataset: Dataset | AnyPath,
+    path: AnyPath,
     metrics: Sequence[str] | None = None,
     *,
-    settings: SearchSettings | None = None,
+    settings: searches.SearchSettings | None = None,
     future: Future | None = None,
     uncertainty: Uncertainty | None = None,
     particles: int = PARTICLES,
@@ -59,7 +54,7 @@ def score_dataset(
     notice: Callable[[str], None] | None = None,
     timeout: float | None = None,
     cancel: Cancel | None = None,
-    **loose: Unpack[LooseSettings],
+    **loose: Unpack[searches.LooseSettings],
 ) -> bool:
     """Scores the states of a dataset that lack a score in the store at `path`, which gets each
     score as soon as it is computed. Returns whether all states that can be simulated are scored
@@ -90,7 +85,7 @@ def score_dataset(
     ScoreStore: a second call for the same file is refused while one is at work.
     """
     limit = Limit(timeout, cancel)
-    settings, executor = chosen_settings(settings, **loose), chosen_executor(executor)
+    settings, executor = searches.chosen_settings(settings, **loose), chosen_executor(executor)
     sampling = None if uncertainty is None else Sampling(uncertainty, particles)
     with ExitStack() as opened:
         if not isinstance(dataset, Dataset):
@@ -99,16 +94,15 @@ def score_dataset(
         metrics = dataset_metrics(dataset, metrics, settings, future, sampling)
         store = opened.enter_context(ScoreStore(path, create=True))
         run = begin_run(store, dataset, metrics, settings, future, sampling=sampling)
-        return score_run(
-            *(dataset, run), executor=executor, progress=progress, notice=notice, **limit.rest()
-        )
+        told: Any = {"progress": progress, "notice": notice}
+        return score_run(dataset, run, executor=executor, **told, **limit.rest())
 
 
 def begin_run(
     store: ScoreStore,
     dataset: Dataset,
     metrics: Sequence[str],
-    settings: SearchSettings,
+    settings: searches.SearchSettings,
     future: Future | None = None,
     *,
     sampling: Sampling | None = None,
@@ -125,7 +119,7 @@ def begin_run(
         questions = {metric: own | sampling.of(metric) for metric, own in questions.items()}
         named |= sampling.all()
     run = store.begin(dataset, named, questions, future=future)
-    known = run.known_problems(_sample(run.states, COMPARED))
+    known = run.known_problems(spread(run.states, COMPARED))
     problems, _ = dataset.possible_problems(list(known), future=future)
     if known != {number: _digest(run, number, one) for number, one in problems.items()}:
         run.forget_problems()
@@ -144,7 +138,7 @@ def score_run(
 ) -> bool:
     """Scores what a run lacks, of its dataset. Arguments and errors: as `score_dataset`."""
     limit = Limit(timeout, cancel)
-    settings = SearchSettings(**run.settings)
+    settings = searches.SearchSettings(**run.settings)
     scored, states = run.counts()
     advance = (lambda _done, _total: None) if progress is None else progress
     advance(scored, states)
@@ -168,11 +162,8 @@ def score_run(
     run.store.require_in_place()
     advance(*run.counts())
     if missing.left_out:
-        text = left_out_text(missing.left_out, states)
-        if notice is None:
-            warn([("left out", text)], run.digest)
-        else:
-            notice(text)
+        notice = notice or (lambda text: warn([("left out", text)], run.digest))
+        notice(left_out_text(missing.left_out, states))
     if missing.errors:
         raise ScoreError(missing.errors, dataset.size)
     return complete
@@ -181,7 +172,7 @@ def score_run(
 def dataset_metrics(
     dataset: Dataset,
     metrics: Sequence[str] | None,
-    settings: SearchSettings,
+    settings: searches.SearchSettings,
     future: Future | None = None,
     sampling: Sampling | None = None,
 ) -> Sequence[str]:
@@ -189,13 +180,13 @@ def dataset_metrics(
 
     Raises ValueError on metrics that the states do not have, or not with these settings.
     """
-    problems, errors = dataset.possible_problems(_sample(dataset.size, SAMPLE), future=future)
+    problems, errors = dataset.possible_problems(spread(dataset.size, SAMPLE), future=future)
     if not problems:
         problems, errors = dataset.possible_problems(future=future)
     if not problems:
         raise StateError(errors[min(errors)])
     _require_clock(metrics or (), problems.values())
-    chosen = chosen_metrics(list(problems.values()), metrics, settings)
+    chosen = searches.chosen_metrics(list(problems.values()), metrics, settings)
     if sampling is not None:
         Sharing(sampling.particles, settings).require(chosen)
         for problem in problems.values():
@@ -203,25 +194,16 @@ def dataset_metrics(
     return chosen
 
 
-def _sample(states: int, most: int) -> list[int]:
-    """Numbers of at most so many states, evenly spaced."""
-    return sorted({*np.linspace(0, states - 1, most, dtype=int).tolist()})
-
-
 def _require_clock(metrics: Sequence[str], problems: Iterable[Problem]) -> None:
     """Raises ValueError on a metric with a clock where the problems have none, and the reverse."""
     clocks = {problem.horizon is not None for problem in problems}
     for metric in metrics:
         if metric in TIMED and False in clocks:
-            raise ValueError(
-                f"metrics has {metric!r}, which asks about a while: give its horizon, "
-                "--frames N, or in Python future=em.datasets.Future(FRAMES)"
-            )
+            text = f"metrics has {metric!r}, which asks about a while: give its horizon, --frames N"
+            raise ValueError(f"{text}, or in Python future=em.datasets.Future(FRAMES)")
         if metric in CLOCKLESS and True in clocks:
-            raise ValueError(
-                f"metrics has {metric!r}, which asks about states as they are: score it without a "
-                "horizon"
-            )
+            text = f"metrics has {metric!r}, which asks about states as they are"
+            raise ValueError(f"{text}: score it without a horizon")
 
 
 def _digest(run: Run, number: int, problem: Problem) -> bytes:
@@ -243,9 +225,7 @@ def _digest(run: Run, number: int, problem: Problem) -> bytes:
 class _MissingScores:
     """All that a run lacks, in the order of the states; where its scores go."""
 
-    def __init__(
-        self, dataset: Dataset, run: Run, scored: int, progress: Callable[[int, int], None]
-    ) -> None:
+    def __init__(self, dataset: Dataset, run: Run, scored: int, progress: Update) -> None:
         self.errors: dict[int, str] = {}
         """By the number of the state, what went wrong."""
         self.left_out: dict[int, str] = {}
@@ -281,11 +261,7 @@ class _MissingScores:
         self.left_out |= reasons
         lacking = self._run.pose({n: _digest(self._run, n, one) for n, one in problems.items()})
         self._advance(sum(not metrics for metrics in lacking.values()))
-        return [
-            Work(number, problems[number], metrics)
-            for number, metrics in lacking.items()
-            if metrics
-        ]
+        return [Work(n, problems[n], metrics) for n, metrics in lacking.items() if metrics]
 
     def _advance(self, states: int) -> None:
         if states:
