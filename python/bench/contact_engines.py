@@ -10,25 +10,23 @@ from typing import Any, Protocol
 import mujoco
 import numpy as np
 import pybullet as p
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import energymargin as em
 from edges import inertia
+from energymargin.base.aliases import Floats
 from energymargin.mujoco.mjcf import model_of
 from energymargin.mujoco.simulation import Simulation
 from pybullet_rollouts import JOINTS, UNIT, shape
 
 __all__ = ["Engine", "MuJoCo", "Ours", "Played", "PyBullet"]
 
-Vector = NDArray[np.float64]
-
 
 @dataclass(frozen=True)
 class Played:
     """What an engine does with a scene."""
 
-    poses: dict[str, Vector]
+    poses: dict[str, Floats]
     """Poses of bodies that move freely: position [m] and quaternion (x, y, z, w), shape (K, 7)."""
     seconds: float
     """In the engine's steps."""
@@ -136,7 +134,7 @@ def free_bodies(scene: em.Scene) -> list[str]:
     return [body.name for body in scene.bodies if not body.fixed and body.name not in links]
 
 
-def _poses(scene: em.Scene, states: Iterable[Vector]) -> dict[str, Vector]:
+def _poses(scene: em.Scene, states: Iterable[Floats]) -> dict[str, Floats]:
     """Those of the free bodies in K states, each of shape (K, 7)."""
     return {
         name: np.array([state[scene.slice(name)][:7] for state in states])
@@ -215,19 +213,19 @@ class _Twin:
             force = float(np.clip(force, -joint.torque_limit, joint.torque_limit))
             p.setJointMotorControl2(uid, link, p.TORQUE_CONTROL, force=force)
 
-    def pose(self, name: str) -> Vector:
+    def pose(self, name: str) -> Floats:
         """Position and quaternion of a free body, shape (7,)."""
         position, turn = p.getBasePositionAndOrientation(self.places[name][0])
         center = Rotation.from_quat(turn).apply(self.centers[name])
         return np.concatenate((position - center, turn))
 
 
-def _offset(scene: em.Scene, joint: em.Joint) -> Vector:
+def _offset(scene: em.Scene, joint: em.Joint) -> Floats:
     """A joint's frame in that of its parent: PyBullet's is at the joint that carries the parent."""
     carried = [other for other in scene.joints if other.child == joint.parent]
     return np.asarray(joint.origin) - (carried[0].child_origin if carried else 0.0)
 
 
-def _moved(of: Any, by: Vector) -> Any:
+def _moved(of: Any, by: Floats) -> Any:
     """A solid elsewhere in its frame: PyBullet's links have theirs at their joints."""
     return em.Compound([em.Part(of, by)]) if by.any() else of

@@ -6,11 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import energymargin as em
 from contact_engines import Engine, Ours, Played
+from energymargin.base.aliases import Floats
 from energymargin_paper.evidence.contact_grips import Grip, grip_scene, pair_of_fingers
 from energymargin_paper.evidence.contact_push import Push, corners, coulomb, push_scene
 from energymargin_paper.evidence.contact_rest import tower_scene
@@ -22,8 +22,6 @@ STEP = 1 / 240  # s
 BELOW, ABOVE, FALL = 0.9, 1.05, 20.0  # of a grip's limit; mm: it has fallen
 CUBES = 10
 SQUEEZE = 4.5  # N of each finger of the hand: friction bears 5.8 N of a weight of 2 N
-
-Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -137,14 +135,14 @@ def _apart(scene: em.Scene, played: Played) -> float:
     return _furthest(*ends)
 
 
-def _corners(pose: Vector, size: Sequence[float]) -> Vector:
+def _corners(pose: Floats, size: Sequence[float]) -> Floats:
     """Corners of a box of a size about a frame, shape (8, 3) [m]."""
     signs = np.stack(np.meshgrid(*([-0.5, 0.5],) * 3), axis=-1).reshape(-1, 3)
-    corners: Vector = pose[:3] + Rotation.from_quat(pose[3:]).apply(signs * size)
+    corners: Floats = pose[:3] + Rotation.from_quat(pose[3:]).apply(signs * size)
     return corners
 
 
-def _furthest(one: Vector, other: Vector) -> float:
+def _furthest(one: Floats, other: Floats) -> float:
     return float(MILLI * np.linalg.norm(one - other, axis=1).max())
 
 

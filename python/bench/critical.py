@@ -15,14 +15,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
 import energymargin as em
+from energymargin.base.aliases import Floats
 
 __all__ = ["CASES", "GRID_ROLLOUTS", "NULLS", "Case", "Found", "grid_width", "nulls", "replicas"]
 
-Values = NDArray[np.float64]
 ASKED, CONFIDENCE = 0.95, 0.95
 SLOW = 10  # so many times fewer are replicas that take fresh draws to the end
 MANY = 8192  # draws that a search may take
@@ -35,7 +34,7 @@ class Case:
     """A law of the draws' critical values, and the range that is searched."""
 
     name: str
-    law: Callable[[np.random.Generator], Values]
+    law: Callable[[np.random.Generator], Floats]
     """Critical values of MANY draws."""
     answer: float
     range: tuple[float, float]
@@ -47,7 +46,7 @@ class Case:
         random = np.random.default_rng([replica, len(self.name)])
         own = self.law(random)
 
-        def holds(value: float, numbers: Sequence[int]) -> Values:
+        def holds(value: float, numbers: Sequence[int]) -> Floats:
             outcomes = own[numbers] > value
             if self.flips:
                 key = np.random.default_rng([replica, round(1e9 * value)])
@@ -125,7 +124,7 @@ def nulls(probability: float, count: int) -> Counter[str]:
     for replica in range(count):
         lucky = np.random.default_rng([replica, 7]).random(MANY) < probability
 
-        def holds(value: float, numbers: Sequence[int], lucky: Any = lucky) -> Values:
+        def holds(value: float, numbers: Sequence[int], lucky: Any = lucky) -> Floats:
             return np.asarray(lucky[numbers], dtype=float)
 
         sides[em.critical_value_of(holds, "nothing", (0, 1), probability=ASKED).side] += 1

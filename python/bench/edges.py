@@ -6,21 +6,19 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 import energymargin as em
+from energymargin.base.aliases import Floats
 
-__all__ = ["Edge", "Inertia", "Vector", "axes", "edges_of", "inertia", "objects", "positions"]
-
-Vector = NDArray[np.float64]
+__all__ = ["Edge", "Inertia", "axes", "edges_of", "inertia", "objects", "positions"]
 
 
 @dataclass(frozen=True)
 class Edge:
     """An edge of a tree."""
 
-    start: Vector
-    wrenches: Vector
+    start: Floats
+    wrenches: Floats
     """On each object, (k, 6) [N, N m]."""
     steps: int
 
@@ -29,11 +27,11 @@ class Edge:
 class Inertia:
     """Inertia of a body, in its frame."""
 
-    center: Vector
+    center: Floats
     """Centre of mass [m]."""
-    moments: Vector
+    moments: Floats
     """Principal ones about the centre [kg m^2]."""
-    axes: Vector
+    axes: Floats
     """Quaternion x, y, z, w that turns the principal axes into the body's frame."""
 
 
@@ -55,13 +53,13 @@ def objects(scene: em.Scene) -> list[str]:
     return [body.name for body in scene.bodies if body.role == "object"]
 
 
-def positions(scene: em.Scene, states: Iterable[Vector]) -> Vector:
+def positions(scene: em.Scene, states: Iterable[Floats]) -> Floats:
     """Positions of the objects in some states [m], shape (M, k, 3)."""
     starts = [scene.slice(name).start for name in objects(scene)]
     return np.array([[state[at : at + 3] for at in starts] for state in states])
 
 
-def axes(factor: Vector) -> tuple[int, ...]:
+def axes(factor: Floats) -> tuple[int, ...]:
     """Those that are free."""
     return tuple(axis for axis in range(3) if factor[axis] > 0.0)
 

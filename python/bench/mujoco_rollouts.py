@@ -17,7 +17,8 @@ import numpy as np
 from mujoco.rollout import Rollout
 
 import energymargin as em
-from edges import Edge, Vector, objects
+from edges import Edge, objects
+from energymargin.base.aliases import Floats
 from energymargin.mujoco import model_of
 from energymargin.mujoco.states import States
 
@@ -35,13 +36,13 @@ class Batch:
     """Edges of the same number of steps, as `mujoco.rollout` takes them."""
 
     steps: int
-    starts: Vector
+    starts: Floats
     """Shape (B, n)."""
-    controls: Vector
+    controls: Floats
     """And the wrenches, shape (B, steps, controls + 6 bodies)."""
-    states: Vector
+    states: Floats
     """After each step, shape (B, steps, n): where it puts them."""
-    sensors: Vector
+    sensors: Floats
 
 
 class MuJoCoEdges:
@@ -69,7 +70,7 @@ class MuJoCoEdges:
         """Simulation steps of all edges."""
         return sum(self.edge_steps)
 
-    def step(self) -> Vector:
+    def step(self) -> Floats:
         """All edges by `mj_step`: where the objects end [m], shape (M, k, 3); NaN: it diverged."""
         model, data, places = self.model, self.data, []
         bodies = [model.body(name).id for name in objects(self.scene)]
@@ -98,13 +99,13 @@ class MuJoCoEdges:
                 sensordata=batch.sensors,
             )
 
-    def rolled_out(self) -> Vector:
+    def rolled_out(self) -> Floats:
         """The states at the ends of the edges after `roll_out`, shape (M, n)."""
         order = np.argsort(self.edge_steps, kind="stable")
         ends = np.concatenate([batch.states[:, -1] for batch in self._batches])
         return np.asarray(ends[np.argsort(order)])
 
-    def stepped(self) -> tuple[Vector, list[int], list[int]]:
+    def stepped(self) -> tuple[Floats, list[int], list[int]]:
         """`step` once more, step by step: the states at the ends of the edges, shape (M, n), and of
         each step the number of contacts and of the solver's iterations."""
         model, data = self.model, self.data
@@ -134,12 +135,12 @@ class MuJoCoEdges:
             made.append(Batch(steps, starts, controls, states, np.zeros((len(chosen), steps, 0))))
         return made
 
-    def _state(self, of: int) -> Vector:
+    def _state(self, of: int) -> Floats:
         state = np.zeros(mujoco.mj_stateSize(self.model, of))
         mujoco.mj_getState(self.model, self.data, state, of)
         return state
 
-    def _applied(self, edges: Sequence[Edge]) -> Vector:
+    def _applied(self, edges: Sequence[Edge]) -> Floats:
         """On all bodies, shape (M, 6 bodies)."""
         wrenches = np.zeros((len(edges), self.model.nbody, 6))
         given = np.array([edge.wrenches for edge in edges])

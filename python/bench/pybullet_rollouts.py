@@ -17,7 +17,8 @@ import pybullet as p
 from scipy.spatial import ConvexHull
 
 import energymargin as em
-from edges import Edge, Vector, axes, inertia
+from edges import Edge, axes, inertia
+from energymargin.base.aliases import Floats
 
 HOLD = 1000.0  # torque that a joint is held with [N m]
 JOINTS = {"revolute": p.JOINT_REVOLUTE, "prismatic": p.JOINT_PRISMATIC, "fixed": p.JOINT_FIXED}
@@ -89,7 +90,7 @@ class PyBulletScene:
         """Ends PyBullet's simulation."""
         p.disconnect()
 
-    def _add(self, body: em.Body, state: Vector) -> None:
+    def _add(self, body: em.Body, state: Floats) -> None:
         linear, angular = axes(body.linear_factor), axes(body.angular_factor)
         if any(joint.parent == body.name for joint in self.scene.joints):
             self._add_robot(body)
@@ -164,14 +165,14 @@ class PyBulletScene:
         if body.inertial:
             p.changeDynamics(place.uid, place.link, localInertiaDiagonal=body.inertial.moments)
 
-    def _drive(self, joint: em.Joint, state: Vector) -> None:
+    def _drive(self, joint: em.Joint, state: Floats) -> None:
         uid, link = self.joints[joint.name]
         now = state[self.scene.joint_slice(joint.name)][0]
         target = now if joint.held else joint.target
         force = HOLD if joint.held else joint.stiffness * abs(target - now)  # as hard as it is now
         p.setJointMotorControl2(uid, link, p.POSITION_CONTROL, targetPosition=target, force=force)
 
-    def set(self, state: Vector) -> None:
+    def set(self, state: Floats) -> None:
         """Puts all that can move where it is in a state."""
         for name, place in self.moving:
             now = state[self.scene.slice(name)]
@@ -188,7 +189,7 @@ class PyBulletScene:
         for name, (uid, link) in self.joints.items():
             p.resetJointState(uid, link, *state[self.scene.joint_slice(name)])
 
-    def replay(self, edges: Sequence[Edge]) -> Vector:
+    def replay(self, edges: Sequence[Edge]) -> Floats:
         """Makes the rollouts; returns where they leave the objects [m], shape (M, k, 3)."""
         ends = []
         for edge in edges:

@@ -16,7 +16,8 @@ import mujoco
 import numpy as np
 
 import energymargin as em
-from edges import Edge, Vector, edges_of, objects, positions
+from edges import Edge, edges_of, objects, positions
+from energymargin.base.aliases import Floats
 from measurements import TASKS, Settings, Tell, digits, in_turns, problems_of
 from mug import mugs
 from mujoco_rollouts import MuJoCoEdges
@@ -155,7 +156,7 @@ def cheapest(measured: dict[Setting, Measured], error: float) -> Setting:
     return min(others, key=lambda setting: measured[setting].error)
 
 
-def furthest(some: Vector, others: Vector) -> Vector:
+def furthest(some: Floats, others: Floats) -> Floats:
     """Of each push the largest distance of an object, CAP at most [m], shape (M,)."""
     distances = np.linalg.norm(some - others, axis=-1)
     return np.asarray(np.fmin(distances, CAP).max(axis=1))
@@ -204,7 +205,7 @@ def fits(problem: em.Problem, share: float) -> bool:
     return True
 
 
-def player(problem: em.Problem, edges: Sequence[Edge], setting: Setting) -> Callable[[], Vector]:
+def player(problem: em.Problem, edges: Sequence[Edge], setting: Setting) -> Callable[[], Floats]:
     """What plays the pushes: where the objects end [m], shape (M, k, 3)."""
     finer = problem.with_step(setting.share * problem.scene.step)
     scaled = [replace(edge, steps=round(edge.steps / setting.share)) for edge in edges]
@@ -218,7 +219,7 @@ def player(problem: em.Problem, edges: Sequence[Edge], setting: Setting) -> Call
     return twin.step
 
 
-def our_player(problem: em.Problem, edges: Sequence[Edge]) -> Callable[[], Vector]:
+def our_player(problem: em.Problem, edges: Sequence[Edge]) -> Callable[[], Floats]:
     """Each push by one simulation."""
     world, names = em.World(problem.scene), objects(problem.scene)
     pushes = [
@@ -229,7 +230,7 @@ def our_player(problem: em.Problem, edges: Sequence[Edge]) -> Callable[[], Vecto
         for edge in edges
     ]
 
-    def play() -> Vector:
+    def play() -> Floats:
         ends = [
             world.simulate(edge.start, edge.steps, drives=push, record=[edge.steps]).states[-1]
             for edge, push in zip(edges, pushes, strict=True)

@@ -10,7 +10,8 @@ from statistics import mean, median
 import numpy as np
 
 import energymargin as em
-from edges import Edge, Vector, edges_of, positions
+from edges import Edge, edges_of, positions
+from energymargin.base.aliases import Floats
 from energymargin.mujoco.mjcf import TOLERANCE
 from measurements import Pairs, Settings, Tell, digits, in_turns, problems_of, rollouts
 from mujoco_rollouts import MuJoCoEdges
@@ -210,7 +211,7 @@ def against_pybullet(problem: em.Problem, nodes: int, rounds: int) -> Pairs:
 
 
 def distances(
-    problem: em.Problem, tree: em.Tree, edges: Sequence[Edge], ends: Vector
+    problem: em.Problem, tree: em.Tree, edges: Sequence[Edge], ends: Floats
 ) -> tuple[float, float]:
     """How far the objects go along an edge, and how far from there they are at `ends` [m], shape
     (M, k, 3): medians [m]."""

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from energymargin.act.quantities import Scale
+from energymargin.base.aliases import Floats
 from energymargin.base.checks import function_or_none, open_share, require, whole_number
 from energymargin.base.errors import DivergedError
 from energymargin.base.limits import Limit
@@ -42,7 +43,6 @@ ALMOST = 1e-12  # of the scale
 FIRST = tuple(np.linspace(0.0, 1.0, BETWEEN * (GRID - 1) + 1).tolist())
 NOT_ASKED = -1.0
 
-Floats = NDArray[np.float64]
 Run = Callable[[float, Sequence[int]], tuple[Floats, int] | None]
 """Of draws, which rise, at a value: 1 of each that holds, 0 if it is lost, NaN if it diverged; and
 the simulation steps. None if a limit came first."""

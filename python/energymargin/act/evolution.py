@@ -13,9 +13,9 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin.act.draws import Disturbance
+from energymargin.base.aliases import Floats
 from energymargin.base.errors import needs_extra
 from energymargin.disturbances import ActuationNoise, Gaussian, Uniform, of_plan
 
@@ -26,8 +26,6 @@ GROWTH = 1.25  # of the disturbance, from one generation to the next
 HOLD = 0.9  # where half of the candidates hold so well, it grows
 FAIL = 0.5  # where no candidate holds so well, it shrinks again
 MOST = 20.0  # times the stated one
-
-Array = NDArray[np.float64]
 
 
 def population_of(dimension: int) -> int:
@@ -45,7 +43,7 @@ def cma_package() -> Any:
 class Evolution:
     """CMA-ES (Hansen 2016), of the package cma: it knows losses by their order alone."""
 
-    def __init__(self, start: Array, seed: int) -> None:
+    def __init__(self, start: Floats, seed: int) -> None:
         """`start`: shape (D,)."""
         # One parameter alone is varied with a second one that does nothing: cma asks for two.
         self._dimension = len(start)
@@ -55,9 +53,9 @@ class Evolution:
         options["randn"] = lambda *shape: random.standard_normal(shape)
         options["seed"] = math.nan  # numpy's global generator is not touched
         self._search = cma_package().CMAEvolutionStrategy(padded, SIGMA, options)
-        self._asked: list[Array] = []
+        self._asked: list[Floats] = []
 
-    def ask(self) -> Array:
+    def ask(self) -> Floats:
         """The points of the next generation, shape (P, D)."""
         self._asked = self._search.ask()
         return np.array(self._asked)[:, : self._dimension]
@@ -67,12 +65,12 @@ class Evolution:
         self._search.tell(self._asked, list(losses))
 
     @property
-    def favourite(self) -> Array:
+    def favourite(self) -> Floats:
         """The mean of its distribution, shape (D,)."""
         return np.asarray(self._search.result.xfavorite)[: self._dimension]
 
 
-def adapted(factor: float, scores: Array) -> float:
+def adapted(factor: float, scores: Floats) -> float:
     """The factor of the next generation, after the scores of one, shape (P,)."""
     if len(scores) == 0:
         return factor
@@ -96,6 +94,6 @@ def scaled(disturbance: Disturbance | None, factor: float) -> Disturbance | None
     return partial(_scaled_wrenches, stated, factor) if callable(stated) else stated
 
 
-def _scaled_wrenches(function: Any, factor: float, random: Any, times: Any) -> Array:
+def _scaled_wrenches(function: Any, factor: float, random: Any, times: Any) -> Floats:
     """Those of a user's function, so many times as strong."""
     return factor * np.asarray(function(random, times))

@@ -18,6 +18,7 @@ from energymargin.act.choosing import Candidates, SafestAction
 from energymargin.act.draws import check_disturbance
 from energymargin.act.monitor import Monitor, Reading
 from energymargin.base import checks
+from energymargin.base.aliases import Floats
 from energymargin.base.closing import Closing
 from energymargin.base.reprs import Record
 from energymargin.evaluate.searches import SearchSettings
@@ -26,8 +27,7 @@ Chosen = Literal["policy", "candidate", "fallback"]
 Reason = Literal["fine", "alarm", "unknown"]
 UNKNOWN = ("fallback", "ask", "policy")
 
-State = NDArray[np.float64]
-ProblemOfAction = Callable[[State, float, Any], Problem]
+ProblemOfAction = Callable[[Floats, float, Any], Problem]
 """Called with (state, time, action); returns the problem at that state in which the robot takes
 that action first."""
 
@@ -227,7 +227,7 @@ class Guard(Closing):
         self._cancel.set()
         self.monitor.close()
 
-    def _decided(self, time: float, state: State, observation: Any, action: Any) -> Decision:
+    def _decided(self, time: float, state: Floats, observation: Any, action: Any) -> Decision:
         reading = self.monitor.latest
         reason = self._reason(time, reading)
         decision = partial(Decision, time, reading=reading)

@@ -23,9 +23,10 @@ from energymargin._core import Cancel, Cancelled, Plan, Problem, stream
 from energymargin.act.candidates import Standing
 from energymargin.act.draws import Disturbance, Draws, Question, Trials, check_uncertainty
 from energymargin.act.evolution import Evolution, adapted, cma_package, population_of, scaled
-from energymargin.act.parameters import Constraint, Make, Maker, Parameters, Point
+from energymargin.act.parameters import Constraint, Make, Maker, Parameters
 from energymargin.act.racing import Duel, duel
 from energymargin.act.ranking import Race, Ranking
+from energymargin.base.aliases import Floats
 from energymargin.base.checks import function_or_none, one_of, seed_number, whole_number, yes_or_no
 from energymargin.base.errors import DivergedError
 from energymargin.base.limits import Limit
@@ -265,7 +266,7 @@ class _Run:
         search = (tuple(generations), box.ranges, self.steps)
         return Improvement(*found, *search, ranking.complete and whole)
 
-    def _screened(self) -> Point:
+    def _screened(self) -> Floats:
         """The best of the start and of points spread over the box."""
         from scipy.stats import qmc
 
@@ -315,7 +316,7 @@ class _Run:
         return FINAL_SEARCHES if self.maker.question.is_effort else FINAL_ROLLOUTS
 
     def _raced(
-        self, points: dict[str, Point], seed: int, draws: int, limit: Limit, *, race: bool = True
+        self, points: dict[str, Floats], seed: int, draws: int, limit: Limit, *, race: bool = True
     ) -> Ranking:
         """Ranking of the points that make a plan. A plan whose rollouts diverge leaves; the start
         has to stay."""
@@ -332,7 +333,7 @@ class _Run:
             others = {name: point for name, point in points.items() if name != error.subject}
             return self._raced(others, seed, draws, limit, race=race)
 
-    def _drawn(self, points: Point, seed: int, factor: float) -> list[Draws | None] | None:
+    def _drawn(self, points: Floats, seed: int, factor: float) -> list[Draws | None] | None:
         """The draws of each point; None of those that cannot be, or whose rollouts diverge, or if
         the limit came first."""
         problems = self.maker.problems(_numbered(points))
@@ -351,12 +352,12 @@ class _Run:
         return stream(self.maker.question.seed, number)
 
 
-def _numbered(points: Point) -> dict[str, Point]:
+def _numbered(points: Floats) -> dict[str, Floats]:
     """Points by their numbers."""
     return {str(number): point for number, point in enumerate(points)}
 
 
-def _losses(scores: Point, draws: Sequence[Draws | None], broken: Sequence[float]) -> list[float]:
+def _losses(scores: Floats, draws: Sequence[Draws | None], broken: Sequence[float]) -> list[float]:
     """The order of the points as numbers, equal ones the same: those that can be by their scores
     and by how long they hold, then the others by how far they break the constraints."""
     rows = zip(scores.tolist(), draws, broken, strict=True)

@@ -12,15 +12,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 from scipy.special import betaln, xlog1py, xlogy
 
 from energymargin.act.racing import Duel
+from energymargin.base.aliases import Floats
 from energymargin.base.checks import open_share, require
 from energymargin.base.summary import Summarized
 
-Vector = NDArray[np.float64]
 Outcomes = ArrayLike | str | Path
 Start = tuple[Any, ...]  # of an episode: its seed; or group and number of its task, and its own
 
@@ -96,7 +96,7 @@ def compare(a: Outcomes, b: Outcomes, *, confidence: float = 0.95) -> OutcomeCom
     return OutcomeComparison(means, rates, won[-1], lost[-1], pairs, *claims)
 
 
-def _read(name: str, given: Outcomes) -> tuple[Vector, list[Start] | None, str]:
+def _read(name: str, given: Outcomes) -> tuple[Floats, list[Start] | None, str]:
     """Outcomes, where each episode started, and which of KINDS they are, if a file says that."""
     values: Any = given
     starts, kind = None, ""
@@ -139,7 +139,7 @@ def _episodes(path: Path) -> tuple[list[Any], list[Any], str]:
         raise ValueError(f"{path} is no evaluation of LeRobot, {expected}") from error
 
 
-def _rate(outcomes: Vector, confidence: float) -> tuple[float, float]:
+def _rate(outcomes: Floats, confidence: float) -> tuple[float, float]:
     """The success rates that no bet on the outcomes has refuted at any number of episodes."""
     if not np.isin(outcomes, (0.0, 1.0)).all():
         return float("nan"), float("nan")

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from energymargin._core import Plan, Problem
 from energymargin.act.draws import Question
+from energymargin.base.aliases import Floats
 from energymargin.base.checks import check_type, function_of, numbers_of, require, shown
 from energymargin.model.plans import in_steps
 
 Make = Callable[[dict[str, float]], "Plan | Problem | None"]
 Constraint = Callable[[dict[str, float]], float]
-Point = NDArray[np.float64]
 
 EXPECTED = "(low, high) or (low, start, high), rising"
 
@@ -84,11 +84,11 @@ class Maker:
         self.question.check("problem", made)
         self.start = made
 
-    def violation(self, point: Point) -> float:
+    def violation(self, point: Floats) -> float:
         """By how much its values break the constraints; 0 if they do not."""
         return float(sum(max(0.0, -value) for value in self._constrained(self.box.values(point))))
 
-    def problems(self, points: Mapping[str, Point]) -> dict[str, Problem]:
+    def problems(self, points: Mapping[str, Floats]) -> dict[str, Problem]:
         """The problems of points in the unit cube, by name, without those that cannot be, or break
         a constraint. Raises ValueError on one of another horizon than the start's, unless success
         is asked."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Plan, Problem, World
 from energymargin.act.draws import Disturbance, Draws, Question, Trial, Trials
+from energymargin.base.aliases import Floats
 from energymargin.base.checks import check_type, function_or_none, whole_number, yes_or_no
 from energymargin.base.limits import Limit
 from energymargin.base.metrics import value_text, with_unit
@@ -18,8 +19,6 @@ from energymargin.base.summary import Summarized
 from energymargin.base.table_text import csv_text
 from energymargin.evaluate.executors.choice import Executor
 from energymargin.model.plans import control_period, nearest_steps, whole_steps, with_plan
-
-Rows = NDArray[np.float64]
 
 EFFORT = "effort"
 
@@ -224,7 +223,7 @@ def margin_profile(
     return MarginProfile(*moments, *scores, tuple(problems), *settings, complete, ended)
 
 
-def _nominal(problem: Problem, numbers: Sequence[int], limit: Limit) -> tuple[Rows, Rows]:
+def _nominal(problem: Problem, numbers: Sequence[int], limit: Limit) -> tuple[Floats, Floats]:
     """States after so many steps without a disturbance, (K, n), and what the robot remembers."""
     start = problem.edge_start(problem.state)
     if numbers[-1] == 0:
@@ -235,7 +234,7 @@ def _nominal(problem: Problem, numbers: Sequence[int], limit: Limit) -> tuple[Ro
 
 
 def _moments(
-    problem: Problem, states: Rows, memory: Rows, numbers: Sequence[int], lengths: Sequence[int]
+    problem: Problem, states: Floats, memory: Floats, numbers: Sequence[int], lengths: Sequence[int]
 ) -> tuple[list[Problem], str | None]:
     """The questions after so many steps about so many more, up to the first state that makes none,
     and why it does not; ValueError if that is the first."""

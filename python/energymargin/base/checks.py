@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-Numbers = NDArray[np.float64]
+from energymargin.base.aliases import Floats
 
 LONGEST = 60  # characters of a value in an error
 Thing = TypeVar("Thing")
@@ -180,7 +180,7 @@ def check_type(name: str, value: object, kind: Any, expected: str) -> None:
 
 def numbers_of(
     name: str, value: Any, expected: str = "numbers", shape: tuple[int, ...] | None = None
-) -> Numbers:
+) -> Floats:
     """`value` as an array of numbers, if there is a shape of that and finite; else a ValueError."""
     try:
         array = np.asarray(value, float)

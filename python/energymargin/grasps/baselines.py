@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from energymargin import Scene, World, force_score
+from energymargin.base.aliases import Floats
 from energymargin.base.checks import check_type
 from energymargin.base.plausibility import kept_warnings
 from energymargin.grasps.belief import GraspDraw
@@ -28,8 +29,6 @@ BASELINES = (*OF_CONTACTS, "center_distance", "between", "clearance", "undisturb
 """Names of the columns that `baselines` makes."""
 LESS_IS_BETTER = ("center_distance",)
 """Those of which less is better; `compare` turns them around."""
-
-Points = NDArray[np.float64]
 
 
 def baselines(
@@ -69,7 +68,7 @@ def baselines(
     return table
 
 
-def surface_of(shape: Any, samples: int = SAMPLES, seed: int = 0) -> tuple[Points, float]:
+def surface_of(shape: Any, samples: int = SAMPLES, seed: int = 0) -> tuple[Floats, float]:
     """Points spread evenly over the surface of a shape, (k, 3) [m], and the area that each stands
     for [m^2]. A face of a convex part that is in another part, or on its face, is no surface."""
     hulls = [ConvexHull(corners) for corners in shape_parts(shape)]
@@ -90,7 +89,7 @@ def surface_of(shape: Any, samples: int = SAMPLES, seed: int = 0) -> tuple[Point
     return points[kept], float(areas.sum() / samples)
 
 
-def _features(trials: GraspTrials, grasp: Grasp, surface: Points, area: float) -> dict[str, float]:
+def _features(trials: GraspTrials, grasp: Grasp, surface: Floats, area: float) -> dict[str, float]:
     """All baselines of a grasp but the rollout."""
     draw = trials.draw(-1)
     center = np.linalg.inv(grasp.pose) @ [*trials.object.center, 1.0]
@@ -126,7 +125,7 @@ def _grip(trials: GraspTrials, closed: Closed, draw: GraspDraw) -> dict[str, flo
     return {"force_score": force, **space._asdict()}
 
 
-def _between(scene: Scene, hand: Fitted, state: NDArray[np.float64], surface: Points) -> int:
+def _between(scene: Scene, hand: Fitted, state: NDArray[np.float64], surface: Floats) -> int:
     """How many points of the object's surface are in the hull of the fingers."""
     bodies = scene.unpack(state)
     shapes = {body.name: body.shape for body in scene.bodies}
@@ -135,13 +134,13 @@ def _between(scene: Scene, hand: Fitted, state: NDArray[np.float64], surface: Po
     return int(np.count_nonzero(_within(hull, _moved(surface, bodies["object"]))))
 
 
-def _moved(points: Points, body: dict[str, Any]) -> Points:
+def _moved(points: Floats, body: dict[str, Any]) -> Floats:
     """Points of a body's frame in the world's."""
     at = pose(body["position"], body["orientation"])
     return np.asarray(points @ at[:3, :3].T + at[:3, 3])
 
 
-def _within(hull: Any, points: Points) -> NDArray[np.bool_]:
+def _within(hull: Any, points: Floats) -> NDArray[np.bool_]:
     """Which points are in a hull."""
     planes = hull.equations
     return np.asarray((points @ planes[:, :3].T + planes[:, 3] < 0).all(axis=1))

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from energymargin import Box, Scene, World
+from energymargin.base.aliases import Floats
 from energymargin.base.checks import check_shape, one_of, positive_number, require
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet
@@ -29,8 +30,6 @@ SURE = 2.0  # standard errors by which a moved group has to be better
 CLOSE = 0.5  # of one: of offsets that are alike the least is taken
 FEWEST = 8  # grasps of a group whose pose can be told
 
-Vector = NDArray[np.float64]
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class GraspCalibration(Summarized):
@@ -41,13 +40,13 @@ class GraspCalibration(Summarized):
     groups: tuple[str, ...]
     count: NDArray[np.int64]
     """Grasps of each, (G,)."""
-    offsets: Vector
+    offsets: Floats
     """By which each was moved back along the approach [m], (G,); 0 where geometry does not say so
     surely."""
-    before: Vector
+    before: Floats
     """Share of each whose open hand is free of object and table and has the object between its
     pads, as recorded, (G,)."""
-    after: Vector
+    after: Floats
     """The same as moved, (G,)."""
 
 
@@ -82,7 +81,7 @@ def calibrate(
         raise ValueError(f"object has {len(objects)} objects, expected {len(sets)}, one a set")
     columns = [group] if isinstance(group, str) else list(group)
     steps = round(positive_number("largest", largest) / STEP)
-    tried: Vector = STEP * np.arange(-steps // 2, steps + 1, dtype=float)
+    tried: Floats = STEP * np.arange(-steps // 2, steps + 1, dtype=float)
     names = [name for one in sets for name in _groups(one, columns)]
     pairs = list(zip(sets, objects, strict=True))
     trials = [trials_of(one, hand, thing, protocol) for one, thing in pairs]
@@ -105,7 +104,7 @@ def recalibrate(
     others: ArrayLike | None = None,
     *,
     method: str = "platt",
-) -> Vector:
+) -> Floats:
     """Probabilities that mean what they say, learned from outcomes.
 
     Args:
@@ -135,14 +134,14 @@ def recalibrate(
     return np.asarray(line.predict_proba(_odds(asked)[:, None])[:, 1])
 
 
-def _shares(name: str, given: ArrayLike) -> Vector:
+def _shares(name: str, given: ArrayLike) -> Floats:
     array = np.asarray(given, float)
     right = array.ndim == 1 and ((array >= 0.0) & (array <= 1.0)).all()
     require(right, name, array, "a list of numbers from 0 to 1")
     return array
 
 
-def _odds(probabilities: Vector) -> Vector:
+def _odds(probabilities: Floats) -> Floats:
     """Logarithm of the odds, finite for 0 and 1."""
     kept = np.clip(probabilities, 0.01, 0.99)
     return np.asarray(np.log(kept / (1.0 - kept)))
@@ -155,20 +154,20 @@ def _groups(grasps: GraspSet, columns: list[str]) -> list[str]:
     return [", ".join(map(str, row)) for row in rows] if columns else ["all"] * len(grasps)
 
 
-def _moved(grasps: GraspSet, back: Vector) -> GraspSet:
+def _moved(grasps: GraspSet, back: Floats) -> GraspSet:
     poses = np.array(grasps.poses)
     poses[:, :3, 3] -= back[:, None] * poses[:, :3, 2]
     return replace(grasps, poses=poses)
 
 
-def _possible(grasps: GraspSet, trials: GraspTrials, tried: Vector) -> NDArray[np.bool_]:
+def _possible(grasps: GraspSet, trials: GraspTrials, tried: Floats) -> NDArray[np.bool_]:
     """Whether each can be, moved back by each offset, shape (n, T)."""
     possible = _Possible(trials)
     asked = [grasp_of(grasps, k) for k in range(len(grasps))]
     return np.array([[possible(one, back) for back in tried] for one in asked])
 
 
-def _offset(found: NDArray[np.bool_], tried: Vector) -> int:
+def _offset(found: NDArray[np.bool_], tried: Floats) -> int:
     """The number of the offset of a group; `found` has its grasps by offset, shape (n, T)."""
     own = int(np.argmin(np.abs(tried)))
     shares, error = found.mean(axis=0), np.sqrt(0.25 / len(found))

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from energymargin.base.aliases import Floats
 from energymargin.base.checks import check_shape, check_type, whole_number
 from energymargin.base.table_text import csv_text
 from energymargin.evaluation import DRAWS, Cell, Compared, bootstrap, cell_of
@@ -23,8 +24,7 @@ HELD = 0.5  # labels of at least this count as held
 FEWEST_OBJECTS = 3  # of a learned score: it learns from two at least
 
 Columns = Mapping[str, ArrayLike]
-Column = NDArray[np.float64]
-Table = dict[str, Column]
+Table = dict[str, Floats]
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,7 @@ def compare(
     return GraspComparison(compared, tuple(scores), *counts)
 
 
-def learn(features: Columns, held: NDArray[np.bool_], groups: NDArray[np.int64]) -> Column:
+def learn(features: Columns, held: NDArray[np.bool_], groups: NDArray[np.int64]) -> Floats:
     """A score of each grasp, (n,), by logistic regression on the grasps of the other groups.
 
     Features count by their ranks within a group, for what is near of one object is far of another.

@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from energymargin.base.aliases import Floats
 from energymargin.base.checks import check_type, numbers_of, positive_number, shown
 from energymargin.base.replacing import replaced
 from energymargin.grasps import files_csv, files_hdf5, files_json, files_yaml, grasp_set
 from energymargin.grasps.frames import grasp_frame, pose
-from energymargin.grasps.grasp_set import Column, Content, GraspSet, ObjectFacts, Poses, Source
+from energymargin.grasps.grasp_set import Column, Content, GraspSet, ObjectFacts, Source
 
 WRITERS: dict[str, Any] = {".h5": files_hdf5, ".hdf5": files_hdf5, ".json": files_json}
 WRITERS |= {".yaml": files_yaml, ".yml": files_yaml}
@@ -213,14 +214,14 @@ def _scores(scores: Any, columns: Mapping[str, Column], n: int, module: Any) -> 
     return added
 
 
-def _scaled(poses: Poses, scale: float) -> Poses:
+def _scaled(poses: Floats, scale: float) -> Floats:
     return np.concatenate([poses[..., :3], poses[..., 3:] * [[scale], [scale], [scale], [1.0]]], 2)
 
 
 # The object of a file: where it stands, and what is said of it.
 
 
-def object_poses(given: Any, content: Content) -> tuple[Poses, Mapping[str, Any]]:
+def object_poses(given: Any, content: Content) -> tuple[Floats, Mapping[str, Any]]:
     """The object's pose in the frame of each row, shape (n, 4, 4), and what is said of it.
 
     `given`: None, a pose, or a CSV file of poses, whose rows have the values of the grasps' rows in

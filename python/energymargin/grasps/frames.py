@@ -6,14 +6,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
+from energymargin.base.aliases import Floats
 from energymargin.base.checks import numbers_of, require, shown
-from energymargin.grasps.grasp_set import ROUNDED, Poses, check_poses
+from energymargin.grasps.grasp_set import ROUNDED, check_poses
 
-Pose = NDArray[np.float64]
 PADS = 0.1034  # m, from a Panda hand's frame to the middle of its pads, which are .0946 to .1122
 
 
-def _hand(along: float, *, opens_along_y: bool) -> Pose:
+def _hand(along: float, *, opens_along_y: bool) -> Floats:
     frame = np.eye(4)
     frame[2, 3] = along
     if opens_along_y:
@@ -21,7 +21,7 @@ def _hand(along: float, *, opens_along_y: bool) -> Pose:
     return frame
 
 
-FRAMES: dict[str, Pose] = {
+FRAMES: dict[str, Floats] = {
     "grasp": np.eye(4),
     "franka_panda": _hand(PADS, opens_along_y=False),
     "robotiq_2f_85": _hand(0.130, opens_along_y=False),
@@ -36,7 +36,7 @@ NAMES = ", ".join(map(repr, FRAMES))
 EXPECTED = f"{NAMES}, a distance along the approach z [m], or a pose"
 
 
-def grasp_frame(frame: ArrayLike | str | None, format: str, hand: object = None) -> Pose:
+def grasp_frame(frame: ArrayLike | str | None, format: str, hand: object = None) -> Floats:
     """The grasp frame in the frame of the hand, shape (4, 4); ValueError if that is none.
 
     `hand` is what a file of the format says of its hand.
@@ -47,7 +47,7 @@ def grasp_frame(frame: ArrayLike | str | None, format: str, hand: object = None)
     return frame_in_hand(frame)
 
 
-def frame_in_hand(frame: ArrayLike | str) -> Pose:
+def frame_in_hand(frame: ArrayLike | str) -> Floats:
     """The grasp frame in the frame of a hand, (4, 4): by a name, a distance along z, or a pose;
     ValueError if that is none."""
     if isinstance(frame, str):
@@ -58,7 +58,7 @@ def frame_in_hand(frame: ArrayLike | str) -> Pose:
     return pose("frame", frame)
 
 
-def pose(name: str, value: ArrayLike) -> Pose:
+def pose(name: str, value: ArrayLike) -> Floats:
     """A pose (4, 4), or of 7 numbers."""
     shape = (7,) if np.shape(value) == (7,) else (4, 4)
     expected = "a matrix (4, 4), or x, y, z and a quaternion x, y, z, w"
@@ -68,7 +68,7 @@ def pose(name: str, value: ArrayLike) -> Pose:
     return np.asarray(matrix[0])
 
 
-def poses_of(positions: NDArray[np.float64], quaternions: NDArray[np.float64]) -> Poses:
+def poses_of(positions: NDArray[np.float64], quaternions: NDArray[np.float64]) -> Floats:
     """Poses (n, 4, 4) from positions (n, 3) and unit quaternions x, y, z, w (n, 4).
 
     Raises ValueError that names the first row, from 1 on, whose quaternion has another norm.
@@ -87,6 +87,6 @@ def poses_of(positions: NDArray[np.float64], quaternions: NDArray[np.float64]) -
     return poses
 
 
-def quaternions_of(poses: Poses) -> NDArray[np.float64]:
+def quaternions_of(poses: Floats) -> NDArray[np.float64]:
     """Quaternions x, y, z, w with w >= 0, shape (n, 4)."""
     return np.asarray(Rotation.from_matrix(poses[:, :3, :3]).as_quat(canonical=True))

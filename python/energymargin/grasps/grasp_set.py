@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.base.aliases import Floats
 from energymargin.base.checks import check_shape, shown
 from energymargin.base.reprs import Record
 
-Poses = NDArray[np.float64]
 Column = NDArray[Any]
 
 FARTHEST = 5.0  # m from the object's frame, in the median; a hand is farther in another unit alone
@@ -69,7 +69,7 @@ class GraspSet(Record):
     Raises ValueError that names the first row that is no grasp.
     """
 
-    poses: Poses
+    poses: Floats
     """The grasp frame in the object's frame, shape (n, 4, 4) [m]. Its origin is midway between the
     centres of the fingertips' pads, z is the approach, x the way in which the fingers open."""
     openings: NDArray[np.float64] = field(default_factory=UNKNOWN.copy)
@@ -81,7 +81,7 @@ class GraspSet(Record):
     object: ObjectFacts | None = None
     columns: dict[str, Column] = field(default_factory=dict)
     """What else a row has, by name, each of shape (n,)."""
-    object_poses: Poses = field(default_factory=UNKNOWN.copy)
+    object_poses: Floats = field(default_factory=UNKNOWN.copy)
     """The object's frame in the world's, as a board's, shape (n, 4, 4); the identity unless
     `read` was given `object`."""
     source: Source | None = field(default=None, repr=False)
@@ -127,7 +127,7 @@ class GraspSet(Record):
         return replace(self, names=tuple(self.names[k] for k in chosen), **parts)
 
 
-def check_poses(what: str, poses: Poses, names: Sequence[str]) -> None:
+def check_poses(what: str, poses: Floats, names: Sequence[str]) -> None:
     """Raises ValueError that names the first row whose matrix is no pose."""
     if poses.ndim != 3 or poses.shape[1:] != (4, 4):
         raise ValueError(f"{what}s have the shape {poses.shape}, expected (n, 4, 4)")
@@ -162,7 +162,7 @@ class Content:
     """n rows, and what is not of a row."""
 
     format: str
-    poses: Poses
+    poses: Floats
     """Shape (n, 4, 4)."""
     columns: dict[str, Column] = field(default_factory=dict)
     """By name, each of length n; labels and openings too. "a/b" is b within a."""

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from energymargin import Compound, Contact, Plane, Scene, World, mass_properties
+from energymargin.base.aliases import Floats
 from energymargin.grasps.hands import Fitted
 from energymargin.scenes import pose, shape_parts
 
@@ -25,7 +26,6 @@ NO_GRIP = {
     "diverged": "diverges as it closes",
 }
 
-Pose = NDArray[np.float64]
 State = NDArray[np.float64]
 
 
@@ -33,11 +33,11 @@ class Grasp(NamedTuple):
     """One grasp."""
 
     number: int
-    pose: Pose
+    pose: Floats
     """The grasp frame in the object's frame, (4, 4)."""
     opening: float
     """Of the hand before it closes [m]; NaN: as wide as it opens."""
-    placed: Pose
+    placed: Floats
     """The object's frame in the world's, (4, 4)."""
 
 
@@ -66,9 +66,9 @@ class Closed(NamedTuple):
     hand: Fitted
     state: State
     """Where the hand closed; if it had no place, or diverged, where it began, open."""
-    base: Pose
+    base: Floats
     """The frame of the hand's base, (4, 4)."""
-    thing: Pose
+    thing: Floats
     """The object's axes about its centre of mass in the frame of the hand's base, (4, 4)."""
     outcome: Outcome
     """Of the trial so far; `ending` is "" if all of its fingers press on the object."""
@@ -88,7 +88,7 @@ class HandStart(NamedTuple):
     back: float = 0.0
 
 
-def state_of(scene: Scene, hand: Fitted, grasp: Pose, placed: Pose) -> State:
+def state_of(scene: Scene, hand: Fitted, grasp: Floats, placed: Floats) -> State:
     """The open hand with its grasp frame at `grasp` and the object at `placed`, both (4, 4)."""
     base = grasp @ np.linalg.inv(hand.frame)
     return scene.pack(**{hand.base: _body(base), "object": _body(placed)}, joints=hand.start)
@@ -105,13 +105,13 @@ def above_table(world: World, hand: Fitted, state: State) -> State:
     return lifted
 
 
-def _body(frame: Pose) -> dict[str, Any]:
+def _body(frame: Floats) -> dict[str, Any]:
     turned = Rotation.from_matrix(frame[:3, :3]).as_quat()
     meant = -turned if turned[0] > 0 else turned  # (1, 0, 0, 0) looks like one in another order
     return {"position": frame[:3, 3], "orientation": meant}
 
 
-def stepped_back(distance: float) -> Pose:
+def stepped_back(distance: float) -> Floats:
     """A frame that stands so far back along its own z [m]."""
     back = np.eye(4)
     back[2, 3] = -distance

@@ -18,6 +18,7 @@ from scipy.spatial.transform import Rotation
 
 import energymargin as em
 from energymargin import Cancel, Cancelled, Plan, Problem, Scene, World, regions
+from energymargin.base.aliases import Floats
 from energymargin.base.checks import numbers_of
 from energymargin.base.plausibility import kept_warnings
 from energymargin.base.reprs import Record
@@ -27,7 +28,7 @@ from energymargin.grasps.belief import GraspBelief, GraspDraw
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet
 from energymargin.grasps.hands import Fitted, Hand, preset
-from energymargin.grasps.outcomes import NO_GRIP, Closed, Grasp, HandStart, Outcome, Pose, State
+from energymargin.grasps.outcomes import NO_GRIP, Closed, Grasp, HandStart, Outcome, State
 from energymargin.grasps.protocols import GRAVITY, Protocol, protocol_of
 from energymargin.regions import Region
 from energymargin.scenes import body_poses, pose
@@ -304,14 +305,14 @@ class GraspTrials:
             scene.add_plane("table", friction=0.5)
         return scene, hand
 
-    def _placed(self, grasp: Grasp) -> Pose:
+    def _placed(self, grasp: Grasp) -> Floats:
         """The object's frame in the world's: on the table, if there is one."""
         placed = np.array(grasp.placed, dtype=float)
         if self.protocol.table:
             placed[2, 3] = -float((self.object.corners @ placed[2, :3]).min())
         return placed
 
-    def _with_error(self, pose: Pose, error: NDArray[np.float64]) -> Pose:
+    def _with_error(self, pose: Floats, error: NDArray[np.float64]) -> Floats:
         """A grasp's pose with an error, which turns it about the grasp or the centre of mass."""
         around, moved = np.eye(4), np.eye(4)
         moved[:3, 3], moved[:3, :3] = error[:3], Rotation.from_rotvec(error[3:]).as_matrix()

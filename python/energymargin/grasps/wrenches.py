@@ -12,15 +12,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from energymargin.base.aliases import Floats
 from energymargin.base.checks import check_shape, positive_number, whole_number
 
 EDGES = 8  # of a friction cone: the measures are at least cos(pi / 8) = 92 % of the round cone's
 FLAT = 1e-9  # share of the largest singular value below which the space has no extent in some way
 SAME = 1e-6  # difference of wrenches that count as one
-
-Floats = NDArray[np.float64]
 
 
 class WrenchSpace(NamedTuple):

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from energymargin.base.checks import Numbers, shown
+from energymargin.base.aliases import Floats
+from energymargin.base.checks import shown
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class Agent:
         """What errors call it."""
         return str(getattr(self.model, "__name__", type(self.model).__name__))
 
-    def __call__(self, seen: Numbers, memory: Numbers | None, time: float) -> NDArray[Any]:
+    def __call__(self, seen: Floats, memory: Floats | None, time: float) -> NDArray[Any]:
         """Actions, a row an observation. Raises ValueError on other shapes than the spaces'."""
         parts = self.given(seen)
         given = parts if self.parts else parts[""]
@@ -49,7 +50,7 @@ class Agent:
         _require_shape("the agent returned", actions, self.does, "action", "ask its own agent")
         return actions.reshape(len(actions), -1) if len(self.does or ()) > 1 else actions
 
-    def given(self, seen: Numbers) -> dict[str, Numbers]:
+    def given(self, seen: Floats) -> dict[str, Floats]:
         """Observations by the names of their space; "" of one that is no Dict."""
         if self.parts:
             ends = np.cumsum([int(np.prod(shape)) for _, shape in self.parts])
@@ -85,7 +86,7 @@ class Chunks:
         """Numbers that a rollout remembers."""
         return 1 + self.actions * int(np.prod(self.agent.does or ()))
 
-    def __call__(self, seen: Numbers, memory: Numbers, time: float) -> tuple[Numbers, Numbers]:
+    def __call__(self, seen: Floats, memory: Floats, time: float) -> tuple[Floats, Floats]:
         """Actions, a row an observation, and the memory."""
         rows, memory = len(seen), memory.copy()
         empty = memory[:, 0] == 0.0
@@ -110,10 +111,10 @@ _NAMES = {"": "observation.state", "agent_pos": "observation.state"}
 """Of parts of an observation, as LeRobot calls them."""
 
 
-Convert = Callable[[Numbers], ArrayLike]
+Convert = Callable[[Floats], ArrayLike]
 
 
-def bounded(low: Any, high: Any, convert: Convert | None, actions: Numbers) -> ArrayLike:
+def bounded(low: Any, high: Any, convert: Convert | None, actions: Floats) -> ArrayLike:
     """Actions clipped to the bounds of their space, and then what they command, a row an action."""
     clipped = actions if low is None else np.clip(actions, np.ravel(low), np.ravel(high))
     return clipped if convert is None else convert(clipped)
@@ -183,7 +184,7 @@ def _answer(model: Any, seen: Any, method: str = "__call__") -> Any:
         return asked(seen)
     like = next(model.parameters(), torch.zeros(()))
 
-    def tensor(rows: Numbers) -> Any:
+    def tensor(rows: Floats) -> Any:
         return torch.as_tensor(rows, dtype=like.dtype, device=like.device)
 
     named = isinstance(seen, dict)

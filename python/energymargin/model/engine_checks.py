@@ -11,7 +11,8 @@ from typing import Any, NoReturn
 import numpy as np
 
 from energymargin._core import Body, Problem
-from energymargin.base.checks import Numbers, shown
+from energymargin.base.aliases import Floats
+from energymargin.base.checks import shown
 from energymargin.model.engines import Batch, Engine
 from energymargin.model.serial_engines import ways
 
@@ -69,10 +70,10 @@ class _Checker:
         pushes = np.repeat(wrenches, EVERY, axis=1)
         self.batch = Batch(states, engine._start(states), pushes, commands, steps, EVERY)
         """Rollouts, a row each."""
-        self.whole: Sequence[Numbers] = ()
+        self.whole: Sequence[Floats] = ()
         """The answer to it, once it is known to be one."""
 
-    def play(self, batch: Batch) -> tuple[Numbers, Numbers, Numbers]:
+    def play(self, batch: Batch) -> tuple[Floats, Floats, Floats]:
         """An answer to a batch; the batch stays as it is."""
         return self.engine._answer(_rows(batch, list(range(len(batch.states)))))
 
@@ -195,7 +196,7 @@ class _Checker:
         self._compare(what, found, rows)
 
     def _compare(
-        self, what: str, found: Sequence[Numbers], rows: list[int] | None, way_out: str = WAY_OUT
+        self, what: str, found: Sequence[Floats], rows: list[int] | None, way_out: str = WAY_OUT
     ) -> None:
         for name, one, whole in zip(PARTS, found, self.whole, strict=True):
             other = whole if rows is None else whole[rows]
@@ -236,7 +237,7 @@ class _Checker:
                     f"{ends[1, row, step]:.6g}, from f . v + tau . omega before and after the step"
                 )
 
-    def _motion(self, states: Numbers, body: Body) -> Numbers:
+    def _motion(self, states: Floats, body: Body) -> Floats:
         """A body in states as `Serial.bodies` has it, with its centre of mass, (m, 13)."""
         from scipy.spatial.transform import Rotation
 
@@ -263,5 +264,5 @@ def _steps(batch: Batch, first: int, last: int) -> Batch:
     return replace(batch, pushes=batch.pushes[:, first:last], commands=commands, steps=last - first)
 
 
-def _off(one: Numbers, other: Numbers) -> str:
+def _off(one: Floats, other: Floats) -> str:
     return f"{float(np.nanmax(np.abs(one - other))):.3g}"

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from energymargin._core import Problem, Scene, regions
-from energymargin.base.checks import Numbers, shown
+from energymargin.base.aliases import Floats
+from energymargin.base.checks import shown
 from energymargin.base.plausibility import kept_warnings
 
 FAR = 1e6  # m; nothing is there
@@ -22,14 +23,14 @@ FAR = 1e6  # m; nothing is there
 class Batch:
     """Rollouts that go on together, a row each."""
 
-    states: Numbers
+    states: Floats
     """States of the scene, shape (n, d)."""
-    memory: Numbers
+    memory: Floats
     """What the engine knows of each besides, shape (n, h)."""
-    pushes: Numbers
+    pushes: Floats
     """Wrenches on the k objects in each step, shape (n, steps, k, 6) [N, N m]: at the centre of
     mass, in the world's axes."""
-    commands: dict[str, Numbers]
+    commands: dict[str, Floats]
     """By name of a command that the robot gives, its value in each step, shape (n, steps)."""
     steps: int
     """Number of steps."""
@@ -72,7 +73,7 @@ class Engine(ABC):
     def digest(self) -> str:
         """What the answers depend on, as a hash: stores know by it whether an engine is another."""
 
-    def start(self, states: Numbers) -> Numbers:
+    def start(self, states: Floats) -> Floats:
         """The memory, shape (n, h), with which rollouts begin at states (n, d)."""
         if self.memory:
             expected = "expected a start(states) of its own"
@@ -80,7 +81,7 @@ class Engine(ABC):
         return np.zeros((len(states), 0))
 
     @abstractmethod
-    def play(self, batch: Batch) -> tuple[Numbers, Numbers, Numbers]:
+    def play(self, batch: Batch) -> tuple[Floats, Floats, Floats]:
         """States (n, steps / every, d) after each `every` steps, memory (n, h) after the last one,
         and the work of each object's push in each step, (n, steps, k) [J]: f . v + tau . omega
         times the step, at the mean of the velocities before and after."""
@@ -114,12 +115,12 @@ class Engine(ABC):
         """Entered by one thread at a time, unless several may ask."""
         return nullcontext() if self.concurrent else _LOCK
 
-    def _start(self, states: Numbers) -> Numbers:
+    def _start(self, states: Floats) -> Floats:
         with self._alone:
             memory = self.start(states)
         return _shaped(self, "start", memory, (len(states), self.memory))
 
-    def _answer(self, batch: Batch) -> tuple[Numbers, Numbers, Numbers]:
+    def _answer(self, batch: Batch) -> tuple[Floats, Floats, Floats]:
         """What `play` says, whose shapes are right."""
         count, steps, objects = batch.pushes.shape[:3]
         with self._alone:
@@ -137,14 +138,14 @@ class Engine(ABC):
     def _play(
         self,
         *,
-        states: Numbers,
-        memory: Numbers,
-        pushes: Numbers,
-        commands: Numbers,
+        states: Floats,
+        memory: Floats,
+        pushes: Floats,
+        commands: Floats,
         commanded: Sequence[str],
         steps: int,
         every: int,
-    ) -> tuple[Numbers, Numbers, Numbers]:
+    ) -> tuple[Floats, Floats, Floats]:
         """An answer to the core, as flat rows."""
         count, dimension = states.shape
         by_name = commands.reshape(count, steps, -1)
@@ -192,7 +193,7 @@ def problem(engine: Any, *, captured: Any, **question: Any) -> Problem:
 _LOCK = threading.RLock()  # of all engines that one thread at a time may ask
 
 
-def _shaped(engine: Engine, what: str, given: Any, shape: tuple[int, ...]) -> Numbers:
+def _shaped(engine: Engine, what: str, given: Any, shape: tuple[int, ...]) -> Floats:
     array = np.ascontiguousarray(given, dtype=float)
     if array.shape != shape:
         raise ValueError(

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from energymargin._core import Box, Scene
-from energymargin.base.checks import Numbers, each_name, positive_number, shown
+from energymargin.base.aliases import Floats
+from energymargin.base.checks import each_name, positive_number, shown
 from energymargin.model.engines import Engine
 from energymargin.model.policies import Policy
 from energymargin.model.serial_engines import MOST, Serial
@@ -63,7 +64,7 @@ class Gymnasium(Serial):
         effector: Bodies = (),
         save: Callable[[Any], Any] | None = None,
         restore: Callable[[Any, Any], None] | None = None,
-        push: Callable[[Any, Numbers], None] | None = None,
+        push: Callable[[Any, Floats], None] | None = None,
         observe: Read | None = None,
         scene: Scene | None = None,
         step: float | None = None,
@@ -126,7 +127,7 @@ class Gymnasium(Serial):
             given["convert"] = _columns
         return Policy.from_gymnasium(self.env, model, **{"period": self.step, **given, **options})
 
-    def put(self, state: Numbers) -> None:
+    def put(self, state: Floats) -> None:
         """As the base class says. Raises ValueError if only the environment can."""
         self._go_to(self._origin)
         if np.array_equal(state, self.state):
@@ -163,7 +164,7 @@ class Gymnasium(Serial):
         if self._restore is not None:
             self._restore(self.env, own)
 
-    def advance(self, pushes: Numbers, commands: Mapping[str, float]) -> None:
+    def advance(self, pushes: Floats, commands: Mapping[str, float]) -> None:
         """As the base class says."""
         space = self.env.action_space
         action = np.array(list(commands.values())).reshape(space.shape).astype(space.dtype)
@@ -176,7 +177,7 @@ class Gymnasium(Serial):
         if self._inside is not None:
             self._inside.push(np.zeros_like(pushes))
 
-    def read(self) -> Numbers:
+    def read(self) -> Floats:
         """As the base class says."""
         if self._inside is not None:
             return self._inside.read()
@@ -185,7 +186,7 @@ class Gymnasium(Serial):
             state[self.scene.slice(name)] = _row(self.env, name, read)
         return np.asarray(state)
 
-    def bodies(self) -> Numbers:
+    def bodies(self) -> Floats:
         """As the base class says."""
         if self._inside is not None:
             return self._inside.bodies()
@@ -201,19 +202,19 @@ class Gymnasium(Serial):
         scene = self._scene_as_text(self.scene)
         return _unpickled, (self.env, given, scene, self._origin, self.observe())
 
-    def observe(self) -> Numbers:
+    def observe(self) -> Floats:
         """As the base class says, flat: the parts of a dict in the order of its space."""
         return np.zeros(0) if self._observe is None else _flat(self.env, self._observe(self.env))
 
 
-def last(count: int, states: Numbers) -> Numbers:
+def last(count: int, states: Floats) -> Floats:
     """What an engine observed at states (n, s) with its memory behind them: the last numbers, shape
     (n, count)."""
     return states[:, -count:]
 
 
 def _unpickled(
-    env: Any, given: dict[str, Any], scene: str, origin: Numbers, seen: Numbers
+    env: Any, given: dict[str, Any], scene: str, origin: Floats, seen: Floats
 ) -> Gymnasium:
     env.reset()
     engine = Gymnasium(env, scene=Engine._scene_of_text(scene), **given)
@@ -246,7 +247,7 @@ def _inside(env: Any, **given: Any) -> Inside:
     return Inside(model, data, **given)
 
 
-def _columns(actions: Any) -> Numbers:
+def _columns(actions: Any) -> Floats:
     return np.asarray(actions, dtype=float).reshape(len(actions), 1)
 
 
@@ -254,7 +255,7 @@ def _functions(bodies: Bodies) -> dict[str, Read]:
     return dict(bodies) if isinstance(bodies, Mapping) else {}
 
 
-def _row(env: Any, name: str, read: Read) -> Numbers:
+def _row(env: Any, name: str, read: Read) -> Floats:
     """What a function says of a body, shape (13,)."""
     row = np.asarray(read(env), dtype=float)
     if row.shape != (13,):
@@ -286,7 +287,7 @@ def _get_obs(env: Any) -> Any:
     return env.unwrapped._get_obs()
 
 
-def _flat(env: Any, seen: Any) -> Numbers:
+def _flat(env: Any, seen: Any) -> Floats:
     """An observation as a row of numbers."""
     parts = [seen[key] for key in env.observation_space] if isinstance(seen, Mapping) else [seen]
     return np.concatenate([np.ravel(part).astype(float) for part in parts])

@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from energymargin.base.checks import Numbers, numbers_of, positive_number
+from energymargin.base.aliases import Floats
+from energymargin.base.checks import numbers_of, positive_number
 from energymargin.base.doors import check_doors
 
 __all__ = ["STEP", "hold", "lift", "shake", "turn"]
@@ -18,14 +19,14 @@ STEP = 1 / 240
 """Default duration of a row [s], the default step of a scene."""
 
 
-def hold(duration: float, *, step: float = STEP) -> Numbers:
+def hold(duration: float, *, step: float = STEP) -> Floats:
     """Stands still for a duration [s]."""
     return np.zeros((len(_times(duration, step)) - 1, 6))
 
 
 def lift(
     height: float, duration: float, *, direction: ArrayLike = (0.0, 0.0, 1.0), step: float = STEP
-) -> Numbers:
+) -> Floats:
     """Moves by a height [m] along a direction, shape (3,), in a duration [s], with the least jerk.
 
     Raises ValueError on a duration that is not above 0 and a direction of no length.
@@ -34,7 +35,7 @@ def lift(
     return _rows(way, _unit("direction", direction), np.zeros(3), step)
 
 
-def turn(axis: ArrayLike, angle: float, duration: float, *, step: float = STEP) -> Numbers:
+def turn(axis: ArrayLike, angle: float, duration: float, *, step: float = STEP) -> Floats:
     """Turns by an angle [rad] about an axis, shape (3,), through the origin of the body's frame, in
     a duration [s], with the least jerk.
 
@@ -52,7 +53,7 @@ def shake(
     *,
     about: bool = False,
     step: float = STEP,
-) -> Numbers:
+) -> Floats:
     """Swings to and fro along an axis, shape (3,), or about it.
 
     Args:
@@ -76,23 +77,23 @@ def shake(
     return _rows(way, none, unit, step) if about else _rows(way, unit, none, step)
 
 
-def _times(duration: float, step: float) -> Numbers:
+def _times(duration: float, step: float) -> Floats:
     """Ends of the rows, from 0 to about the duration."""
     positive_number("duration", duration)
     positive_number("step", step)
     return np.linspace(0, duration, max(1, round(duration / step)) + 1)
 
 
-def _least_jerk(share: Numbers) -> Numbers:
+def _least_jerk(share: Floats) -> Floats:
     """From 0 to 1 with velocity and acceleration 0 at both ends."""
     return np.asarray(share**3 * (10 - 15 * share + 6 * share**2))
 
 
-def _rows(way: Numbers, along: Numbers, about: Numbers, step: float) -> Numbers:
+def _rows(way: Floats, along: Floats, about: Floats, step: float) -> Floats:
     return np.outer(np.diff(way) / step, np.concatenate([along, about]))
 
 
-def _unit(name: str, axis: ArrayLike) -> Numbers:
+def _unit(name: str, axis: ArrayLike) -> Floats:
     vector = numbers_of(name, axis, "three finite numbers", (3,))
     length = float(np.linalg.norm(vector))
     if length == 0:

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import PolicyPlan
-from energymargin.base.checks import Numbers, numbers_of, shown, whole_number
+from energymargin.base.aliases import Floats
+from energymargin.base.checks import numbers_of, shown, whole_number
 from energymargin.model.agents import arguments_of
 
-Observe = Sequence[str] | Callable[[Numbers], ArrayLike]
+Observe = Sequence[str] | Callable[[Floats], ArrayLike]
 
 
 class Policy(PolicyPlan):
@@ -55,7 +56,7 @@ class Policy(PolicyPlan):
 
     def __init__(
         self,
-        act: Callable[[Numbers, Numbers | None, float], Any],
+        act: Callable[[Floats, Floats | None, float], Any],
         *,
         period: float,
         command: Sequence[str],
@@ -74,7 +75,7 @@ class Policy(PolicyPlan):
         self.name = name or str(getattr(act, "__name__", type(act).__name__))
         """What errors call it."""
         self._act, self._convert, self._width = act, convert, len(command)
-        self._first: Numbers | None = None
+        self._first: Floats | None = None
         self._observe = observe if callable(observe) else None
         self._memory = 0 if memory is None else whole_number("memory", memory, 1)
         self._noise = np.atleast_1d(numbers_of("noise", [] if noise is None else noise))
@@ -164,8 +165,8 @@ class Policy(PolicyPlan):
         return f"Policy({self.name!r})"
 
     def _answer(
-        self, time: float, number: int, seen: Numbers, seeds: NDArray[np.uint64], memory: Numbers
-    ) -> tuple[Numbers, Numbers]:
+        self, time: float, number: int, seen: Floats, seeds: NDArray[np.uint64], memory: Floats
+    ) -> tuple[Floats, Floats]:
         """Actions and memory of a block, as numbers."""
         try:
             return self._asked(time, number, seen, seeds, memory)
@@ -175,8 +176,8 @@ class Policy(PolicyPlan):
             raise kind(f"the policy {self.name!r}, asked at {time:.6g} s: {what}") from error
 
     def _asked(
-        self, time: float, number: int, seen: Numbers, seeds: NDArray[np.uint64], memory: Numbers
-    ) -> tuple[Numbers, Numbers]:
+        self, time: float, number: int, seen: Floats, seeds: NDArray[np.uint64], memory: Floats
+    ) -> tuple[Floats, Floats]:
         rows = len(seen)
         if self._observe is not None:
             seen = _numbers("observe", self._observe(seen), (rows, None))
@@ -195,7 +196,7 @@ class Policy(PolicyPlan):
             actions = np.repeat(self._first, rows, axis=0)
         return actions, memory
 
-    def _commands(self, answer: Any, rows: int) -> Numbers:
+    def _commands(self, answer: Any, rows: int) -> Floats:
         if self._convert is not None:
             answer = self._convert(answer)
         return _numbers("act", answer, (rows, self._width))
@@ -213,7 +214,7 @@ def _unpickled(name: str, code: bytes) -> Policy:
     return policy
 
 
-def _numbers(name: str, given: Any, shape: tuple[int, int | None]) -> Numbers:
+def _numbers(name: str, given: Any, shape: tuple[int, int | None]) -> Floats:
     """What a function returned, as finite numbers."""
     array = np.asarray(given)
     if array.dtype.kind not in "fiu":

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from energymargin.base.checks import Numbers
+from energymargin.base.aliases import Floats
 from energymargin.model.engines import Batch, Engine
 
 MOST = 1000
@@ -24,11 +24,11 @@ class Recipe(NamedTuple):
 
     parent: bytes | None
     """Key of the state before; None: it was put there."""
-    state: Numbers
+    state: Floats
     """Of the scene, shape (d,), if it was put there."""
-    pushes: Numbers
+    pushes: Floats
     """In the steps from the parent on, shape (steps, k, 6)."""
-    commands: Numbers
+    commands: Floats
     """Likewise, shape (steps, m)."""
 
 
@@ -81,7 +81,7 @@ class Handles:
         return self._saved[at], way[::-1]
 
 
-def key_of(*parts: bytes) -> Numbers:
+def key_of(*parts: bytes) -> Floats:
     """The key, shape (2,), of a state that came about by some bytes."""
     hashed = blake2b(b"".join(parts), digest_size=KEY * HALF).digest()
     halves = (hashed[:HALF], hashed[HALF:])
@@ -106,7 +106,7 @@ class Serial(Engine):
     behind the states."""
 
     @abstractmethod
-    def put(self, state: Numbers) -> None:
+    def put(self, state: Floats) -> None:
         """Goes to a state of the scene, shape (d,), that is set from outside."""
 
     @abstractmethod
@@ -118,19 +118,19 @@ class Serial(Engine):
         """Goes back to what was saved."""
 
     @abstractmethod
-    def advance(self, pushes: Numbers, commands: Mapping[str, float]) -> None:
+    def advance(self, pushes: Floats, commands: Mapping[str, float]) -> None:
         """One step under wrenches, shape (k, 6), and all commands."""
 
     @abstractmethod
-    def read(self) -> Numbers:
+    def read(self) -> Floats:
         """The state of the scene, shape (d,)."""
 
     @abstractmethod
-    def bodies(self) -> Numbers:
+    def bodies(self) -> Floats:
         """Position of the centre of mass, orientation x, y, z, w, velocity and angular velocity of
         each object, along the world's axes, shape (k, 13)."""
 
-    def observe(self) -> Numbers:
+    def observe(self) -> Floats:
         """What a policy sees besides, shape (`observed`,)."""
         return np.zeros(0)
 
@@ -149,7 +149,7 @@ class Serial(Engine):
         """Numbers behind the scene's: what was saved or its key, commands, and what is observed."""
         return (KEY if self.saved is None else self.saved) + len(self.commands) + self.observed
 
-    def start(self, states: Numbers) -> Numbers:
+    def start(self, states: Floats) -> Floats:
         """As the base class says."""
         memory, rows = np.empty((len(states), self.memory)), np.ascontiguousarray(states)
         none = np.zeros((0, 0, 6)), np.zeros((0, len(self.commands)))
@@ -159,7 +159,7 @@ class Serial(Engine):
             self._remember(row, key_of(state.tobytes()), dict(self.commands), recipe)
         return memory
 
-    def play(self, batch: Batch) -> tuple[Numbers, Numbers, Numbers]:
+    def play(self, batch: Batch) -> tuple[Floats, Floats, Floats]:
         """As the base class says, one row after the other."""
         count, steps, objects = batch.pushes.shape[:3]
         states = np.empty((count, steps // batch.every, batch.states.shape[1]))
@@ -169,7 +169,7 @@ class Serial(Engine):
         return states, memory, work
 
     def _play_row(
-        self, batch: Batch, row: int, states: Numbers, memory: Numbers, work: Numbers
+        self, batch: Batch, row: int, states: Floats, memory: Floats, work: Floats
     ) -> None:
         parent, commands = self._recall(memory)
         key, before = parent, self.bodies()
@@ -191,7 +191,7 @@ class Serial(Engine):
         self._remember(memory, key, commands, recipe)
 
     def _remember(
-        self, memory: Numbers, key: Numbers, commands: Mapping[str, float], recipe: Recipe
+        self, memory: Floats, key: Floats, commands: Mapping[str, float], recipe: Recipe
     ) -> None:
         """Writes down where the simulator is."""
         saved = self.save()
@@ -200,7 +200,7 @@ class Serial(Engine):
             saved = key
         memory[:] = np.concatenate([saved, list(commands.values()), self.observe()])
 
-    def _recall(self, memory: Numbers) -> tuple[Numbers, dict[str, float]]:
+    def _recall(self, memory: Floats) -> tuple[Floats, dict[str, float]]:
         """Goes there: the key, and the commands."""
         size = KEY if self.saved is None else self.saved
         key = memory[:size].copy()
@@ -223,7 +223,7 @@ class Serial(Engine):
         if way:
             self.handles.keep(key, self.save())
 
-    def _work(self, pushes: Numbers, before: Numbers, after: Numbers) -> Numbers:
+    def _work(self, pushes: Floats, before: Floats, after: Floats) -> Floats:
         """Sum over the substeps at the means of the velocities before and after each."""
         twists = before[:, 7:], after[:, 7:]
         if self.substeps == 1:
@@ -233,7 +233,7 @@ class Serial(Engine):
         return np.asarray((pushes * moves).sum(axis=1))
 
 
-def ways(before: Numbers, after: Numbers) -> Numbers:
+def ways(before: Floats, after: Floats) -> Floats:
     """By how much centres of mass move and bodies turn from rows (n, 13) to others, as those of
     `Serial.bodies`, shape (n, 6)."""
     from scipy.spatial.transform import Rotation

@@ -13,7 +13,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from energymargin.base.checks import Numbers, check_type, positive_number
+from energymargin.base.aliases import Floats
+from energymargin.base.checks import check_type, positive_number
 from energymargin.base.reprs import Record
 from energymargin.mujoco.states import require_data
 from energymargin.summary import Summarized
@@ -131,7 +132,7 @@ def _overlaps(model: Any, start: Any) -> Iterator[Finding]:
             yield Finding("overlap", pair, text)
 
 
-def _touching(model: Any) -> tuple[list[str], Numbers, Numbers]:
+def _touching(model: Any) -> tuple[list[str], Floats, Floats]:
     """Names of what may touch, geoms and pairs or what options put in their place; the solref of
     each, shape (n, 2); the margin [m] from which on contacts push, shape (n,)."""
     option, of = model.opt, mujoco.mjtObj
@@ -179,7 +180,7 @@ def _settings(model: Any) -> Iterator[Finding]:
         yield Finding("margin", _first(names, pushes), text)
 
 
-def _moments(model: Any, data: Any) -> Numbers:
+def _moments(model: Any, data: Any) -> Floats:
     """What a unit of each actuator's force does at each degree of freedom, shape (nu, nv)."""
     dense = np.zeros((model.nu, model.nv))
     if hasattr(data, "moment_rownnz"):
@@ -189,7 +190,7 @@ def _moments(model: Any, data: Any) -> Numbers:
     return np.reshape(data.actuator_moment, dense.shape)
 
 
-def _forces(model: Any) -> tuple[Numbers, Numbers]:
+def _forces(model: Any) -> tuple[Floats, Floats]:
     """Largest force of each actuator, and how stiff a servo is, whose targets limit no force."""
     gain, bias = np.abs(model.actuator_gainprm[:, 0]), model.actuator_biastype
     plain = np.isin(model.actuator_dyntype, PLAIN) & (model.actuator_gaintype == FIXED)
@@ -237,12 +238,12 @@ class Played(NamedTuple):
     that went farthest."""
     creeping: NDArray[np.intp]
     """Numbers of bodies that creep."""
-    speeds: Numbers
+    speeds: Floats
     """Of all bodies at the end [m/s], shape (b,)."""
     diverged: bool
     gave_way: NDArray[np.bool_]
     """Whether each degree of freedom has moved, shape (nv,)."""
-    given: Numbers
+    given: Floats
     """What drives give at the end, likewise [N, N m]."""
 
 

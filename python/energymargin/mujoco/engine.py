@@ -14,7 +14,8 @@ import numpy as np
 from mujoco import rollout as mujoco_rollout
 
 import energymargin as em
-from energymargin.base.checks import Numbers, check_type, core_count, each_name
+from energymargin.base.aliases import Floats
+from energymargin.base.checks import check_type, core_count, each_name
 from energymargin.mujoco.models import scene_of, values_of, varied_model
 from energymargin.mujoco.reading import INTEGRATION, Columns, Reader
 from energymargin.mujoco.states import States, require_data
@@ -117,11 +118,11 @@ class Engine(em.engines.Engine):
         options = {"scene": self.scene, "threads": self.threads, "name": self.name}
         return _engine_at(varied_model(self.model, changes), self.home, options, None)
 
-    def read(self, memory: Numbers) -> Numbers:
+    def read(self, memory: Floats) -> Floats:
         """States of the scene, shape (n, d), of memory (n, h)."""
         return self._reader.states(memory)
 
-    def start(self, states: Numbers) -> Numbers:
+    def start(self, states: Floats) -> Floats:
         """MuJoCo's states where the scene is at some: what the scene lacks is as in the data."""
         memory = np.tile(self.home, (len(states), 1))
         for row, state in zip(memory, states, strict=True):
@@ -132,7 +133,7 @@ class Engine(em.engines.Engine):
                 mujoco.mj_getState(self.model, own, row, INTEGRATION)
         return memory
 
-    def play(self, batch: em.engines.Batch) -> tuple[Numbers, Numbers, Numbers]:
+    def play(self, batch: em.engines.Batch) -> tuple[Floats, Floats, Floats]:
         """As the base class says; on several threads if there are several rows."""
         count, steps = len(batch.states), batch.steps
         paths = np.empty((count, steps, self.columns.physics.size))
@@ -149,7 +150,7 @@ class Engine(em.engines.Engine):
         return states, memory, self._work(batch, paths)
 
     def _play_piece(
-        self, batch: em.engines.Batch, some: slice, memory: Numbers, paths: Numbers
+        self, batch: em.engines.Batch, some: slice, memory: Floats, paths: Floats
     ) -> None:
         """Some steps: memory becomes that after the last one, paths the physics after each."""
         columns, (count, steps) = self.columns, paths.shape[:2]
@@ -184,7 +185,7 @@ class Engine(em.engines.Engine):
             memory[:, columns.controls[self._actuators[name]]] = values[:, some][:, -1]
         memory[lost] = np.nan
 
-    def _control(self, batch: em.engines.Batch, row: int, user: Numbers, some: slice) -> Numbers:
+    def _control(self, batch: em.engines.Batch, row: int, user: Floats, some: slice) -> Floats:
         """What the user of MuJoCo sets in some steps of a rollout, shape (steps, u)."""
         columns, pushes = self.columns, batch.pushes[row, some]
         control = np.tile(user, (len(pushes), 1))
@@ -194,7 +195,7 @@ class Engine(em.engines.Engine):
             control[:, columns.applied_of_user[body]] += pushes[:, number]
         return control
 
-    def _work(self, batch: em.engines.Batch, paths: Numbers) -> Numbers:
+    def _work(self, batch: em.engines.Batch, paths: Floats) -> Floats:
         """Of each push in each step, at the mean of the velocities before and after."""
         work = np.zeros(batch.pushes.shape[:3])
         pushed = np.flatnonzero(batch.pushes.any(axis=(1, 2, 3)))
@@ -215,7 +216,7 @@ class Engine(em.engines.Engine):
         return _engine_at, (self.model, self.home, options, text)
 
 
-def _engine_at(model: Any, home: Numbers, options: dict[str, Any], scene: str | None) -> Engine:
+def _engine_at(model: Any, home: Floats, options: dict[str, Any], scene: str | None) -> Engine:
     """The engine of a model where MuJoCo's state is one."""
     if scene is not None:
         options = {"scene": Engine._scene_of_text(scene), **options}

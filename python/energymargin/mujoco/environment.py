@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 import energymargin as em
-from energymargin.base.checks import Numbers
+from energymargin.base.aliases import Floats
 from energymargin.mujoco.models import scene_of
 from energymargin.mujoco.reading import INTEGRATION, Columns, Reader
 from energymargin.mujoco.states import States
@@ -35,18 +35,18 @@ class Inside:
         self._states = States(self.scene, model, others=self.scene.pack())
         self._reader = Reader(self.scene, model, self._states, self._columns)
 
-    def save(self) -> Numbers:
+    def save(self) -> Floats:
         """mjSTATE_INTEGRATION."""
         saved = np.empty(self.saved)
         mujoco.mj_getState(self.model, self.data, saved, INTEGRATION)
         return saved
 
-    def restore(self, saved: Numbers) -> None:
+    def restore(self, saved: Floats) -> None:
         """Goes back to it."""
         mujoco.mj_setState(self.model, self.data, saved, INTEGRATION)
         self.refresh()
 
-    def put(self, state: Numbers) -> None:
+    def put(self, state: Floats) -> None:
         """Goes to a state of the scene; what the scene lacks stays."""
         self._states.write(self.data, state)
         self.refresh()
@@ -58,15 +58,15 @@ class Inside:
         mujoco.mj_forward(self.model, self.data)
         self.data.qacc_warmstart[:] = warm
 
-    def push(self, wrenches: Numbers) -> None:
+    def push(self, wrenches: Floats) -> None:
         """Wrenches act on the objects from now on, shape (k, 6)."""
         self.data.xfrc_applied[self._reader.objects] = wrenches
 
-    def read(self) -> Numbers:
+    def read(self) -> Floats:
         """The state of the scene, shape (d,)."""
         return np.asarray(self._reader.states(self.save()[None])[0])
 
-    def bodies(self) -> Numbers:
+    def bodies(self) -> Floats:
         """As of em.engines.Serial."""
         self._states.refresh(self.data)
         found = np.empty((len(self._reader.objects), 13))

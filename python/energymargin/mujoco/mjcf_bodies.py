@@ -14,7 +14,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import energymargin as em
-from energymargin.base.checks import Numbers
+from energymargin.base.aliases import Floats
 
 HINGES = {"revolute": "hinge", "prismatic": "slide"}
 THINNER = 1e-4  # share of a box's edge, of each body in a plane more than of that before
@@ -27,7 +27,7 @@ EQUALITY_STEPS = 2  # time constant of a mimic, the shortest that MuJoCo has
 class Bodies:
     """All bodies of a scene at a state, as elements of a document."""
 
-    def __init__(self, scene: em.Scene, state: Numbers, root: xml.Element, step: float) -> None:
+    def __init__(self, scene: em.Scene, state: Floats, root: xml.Element, step: float) -> None:
         """Adds them to the document's root; `step` [s] is MuJoCo's."""
         self.elements: dict[str, xml.Element] = {}
         self.geoms: dict[str, list[str]] = {}
@@ -188,7 +188,7 @@ class Bodies:
             add(element, "geom", name=name, **self._solid(solid, name, thinner), **at, **off)
         return element
 
-    def _thinner(self, body: em.Body, turn: Rotation) -> Numbers:
+    def _thinner(self, body: em.Body, turn: Rotation) -> Floats:
         """Shares of the edges of a body's boxes, shape (3,): in a plane no two are equally thick.
 
         Where the faces of two boxes lie in one plane, MuJoCo 3.11 finds contacts that are not
@@ -204,7 +204,7 @@ class Bodies:
             shares[across.argmax()] -= THINNER * len(self.geoms)
         return shares
 
-    def _solid(self, solid: Any, name: str, thinner: Numbers) -> dict[str, Any]:
+    def _solid(self, solid: Any, name: str, thinner: Floats) -> dict[str, Any]:
         if isinstance(solid, em.Plane):
             normal = np.array(solid.normal)
             at = {"pos": solid.offset * normal, "zaxis": normal}
@@ -288,6 +288,6 @@ def _axes(factor: Any) -> tuple[int, ...]:
     return tuple(axis for axis in range(3) if factor[axis] > 0.0)
 
 
-def _scalar_first(quaternion: Any) -> Numbers:
+def _scalar_first(quaternion: Any) -> Floats:
     """The quaternion w, x, y, z of x, y, z, w."""
     return np.roll(quaternion, 1)

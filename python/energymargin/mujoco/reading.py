@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import energymargin as em
-from energymargin.base.checks import Numbers
+from energymargin.base.aliases import Floats
 from energymargin.mujoco.states import States
 
 INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION.value
@@ -61,7 +61,7 @@ class Reader:
         free = all(number in self._free for _, number in names.free)
         self._by_joints = free and not (names.missing or held)
 
-    def states(self, memory: Numbers) -> Numbers:
+    def states(self, memory: Floats) -> Floats:
         """States of the scene, shape (m, n), of MuJoCo's whole states (m, h)."""
         names, columns = self._states.names, self._columns
         if names.welds:
@@ -77,7 +77,7 @@ class Reader:
             rows[:, 1] = 0.0 if joint.held else memory[:, columns.qvel[dof]]
         return states
 
-    def _free_joints(self, memory: Numbers) -> Iterator[Numbers]:
+    def _free_joints(self, memory: Floats) -> Iterator[Floats]:
         """Of each free body its rows, shape (m, 13)."""
         for _, number in self._states.names.free:
             first, dof = self._free[number]
@@ -86,7 +86,7 @@ class Reader:
             turn = _unit(pose[3:])
             yield np.concatenate([pose[:3], turn, twist[:3], _turned(turn, twist[3:])]).T
 
-    def _kinematics(self, memory: Numbers) -> Numbers:
+    def _kinematics(self, memory: Floats) -> Floats:
         """The same of bodies that anything moves in the model, shape (b, m, 13)."""
         model, data = self._model, mujoco.MjData(self._model)
         bodies = np.array([number for _, number in self._states.names.free], int)
@@ -103,14 +103,14 @@ class Reader:
         rows = np.concatenate([position, turn[1:], turn[:1], speed, twist[:3]])
         return np.moveaxis(rows, 0, -1)
 
-    def twists(self, memory: Numbers, physics: Numbers) -> Numbers:
+    def twists(self, memory: Floats, physics: Floats) -> Floats:
         """Linear and angular velocity of each object at its centre of mass, along the world's axes,
         shape (k, 6, m, steps + 1), where rollouts begin, with memory (m, h), and of their physics
         after each step, (m, steps, p)."""
         twists = np.zeros((len(self.objects), 6, len(memory), physics.shape[1] + 1))
         at, of = self._columns.qpos_of_physics, self._columns.qvel_of_physics
 
-        def path(columns: NDArray[np.intp]) -> Numbers:
+        def path(columns: NDArray[np.intp]) -> Floats:
             found = np.empty((columns.size, *twists.shape[2:]))
             for part, column in zip(found, columns, strict=True):
                 part[:, 0] = memory[:, self._columns.physics[column]]
@@ -133,7 +133,7 @@ class Reader:
                 self._twist_slowly(number, memory, physics, twist)
         return twists
 
-    def _twist_slowly(self, number: int, memory: Numbers, physics: Numbers, twist: Numbers) -> None:
+    def _twist_slowly(self, number: int, memory: Floats, physics: Floats, twist: Floats) -> None:
         model, data, found = self._model, mujoco.MjData(self._model), np.empty(6)
         qpos, qvel = self._columns.qpos_of_physics, self._columns.qvel_of_physics
         for row, start in enumerate(memory):
@@ -146,7 +146,7 @@ class Reader:
                 mujoco.mj_objectVelocity(model, data, BODY, number, found, 0)
                 twist[:3, row, step], twist[3:, row, step] = found[3:], found[:3]
 
-    def _slowly(self, memory: Numbers) -> Numbers:
+    def _slowly(self, memory: Floats) -> Floats:
         states = np.full((len(memory), self._scene.dimension), np.nan)
         data = mujoco.MjData(self._model)
         for at in np.flatnonzero(np.isfinite(memory).all(axis=1)):
@@ -155,7 +155,7 @@ class Reader:
         return states
 
 
-def _slides(model: Any) -> dict[int, tuple[int, Numbers]]:
+def _slides(model: Any) -> dict[int, tuple[int, Floats]]:
     """Bodies that only slide along one line of the world: their degree of freedom, and its axis."""
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
@@ -169,22 +169,22 @@ def _slides(model: Any) -> dict[int, tuple[int, Numbers]]:
     return found
 
 
-def _unit(quaternions: Numbers) -> Numbers:
+def _unit(quaternions: Floats) -> Floats:
     """Quaternions w, x, y, z, their parts along the first axis, as unit ones x, y, z, w."""
     w, x, y, z = quaternions
-    unit: Numbers = np.stack([x, y, z, w]) / np.sqrt(w * w + x * x + y * y + z * z)
+    unit: Floats = np.stack([x, y, z, w]) / np.sqrt(w * w + x * x + y * y + z * z)
     return unit
 
 
-def _cross(one: Numbers, other: Numbers) -> Numbers:
+def _cross(one: Floats, other: Floats) -> Floats:
     """Of vectors whose parts are along the first axis."""
     (a, b, c), (d, e, f) = one, other
     return np.stack([b * f - c * e, c * d - a * f, a * e - b * d])
 
 
-def _turned(turns: Numbers, vectors: Numbers) -> Numbers:
+def _turned(turns: Floats, vectors: Floats) -> Floats:
     """Each vector, turned by a quaternion x, y, z, w; their parts are along the first axis."""
     axis, cosine = turns[:3], turns[3]
     twice = 2.0 * _cross(axis, vectors)
-    turned: Numbers = vectors + cosine * twice + _cross(axis, twice)
+    turned: Floats = vectors + cosine * twice + _cross(axis, twice)
     return turned

@@ -11,7 +11,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 import energymargin as em
-from energymargin.base.checks import Numbers, one_of, positive_number
+from energymargin.base.aliases import Floats
+from energymargin.base.checks import one_of, positive_number
 from energymargin.base.reprs import Record
 from energymargin.mujoco.simulation import Instant, Simulation, Ticks
 from energymargin.mujoco.states import Names, servos
@@ -32,7 +33,7 @@ class Replay(Record):
     """Until then, integral of |f . v + tau . omega| dt [J]."""
     work: float
     """Integral of f . v + tau . omega over the same time [J]."""
-    state: Numbers
+    state: Floats
     """State of the scene at that time, shape (n,)."""
     distance: float
     """From the objects' positions here to those in MuJoCo at the end of the path, the most [m]."""
@@ -95,7 +96,7 @@ def replay(
     return Replay(first.escaped, *first.last, distance, angle, *least)
 
 
-def _path(escape: em.EscapeEffort) -> tuple[list[Edge], Numbers]:
+def _path(escape: em.EscapeEffort) -> tuple[list[Edge], Floats]:
     """Its edges, and the state to which they lead here."""
     if not len(escape.path):
         raise ValueError("escape has no path, expected one that leads out")
@@ -104,7 +105,7 @@ def _path(escape: em.EscapeEffort) -> tuple[list[Edge], Numbers]:
     return [Edge(row, float(duration)) for row, duration in rows], tree.states[escape.path[-1]]
 
 
-def _undisturbed(problem: em.Problem) -> tuple[list[Edge], Numbers]:
+def _undisturbed(problem: em.Problem) -> tuple[list[Edge], Floats]:
     """The whole future, and where it ends here."""
     if problem.horizon is None:
         raise ValueError("escape is None, expected one for a problem without horizon and plan")
@@ -115,7 +116,7 @@ def _undisturbed(problem: em.Problem) -> tuple[list[Edge], Numbers]:
     return [Edge(none, horizon)], here.states[-1]
 
 
-def _require_same(problem: em.Problem, state: Numbers) -> None:
+def _require_same(problem: em.Problem, state: Floats) -> None:
     """Raises ValueError unless the data are at the problem's state."""
     found, wanted = problem.scene.unpack(state), problem.scene.unpack(problem.state)
     for name in wanted.keys() - {"joints"}:
@@ -141,7 +142,7 @@ def _require_targets(problem: em.Problem, model: Any, data: Any) -> None:
             )
 
 
-def _apart(scene: em.Scene, state: Numbers, other: Numbers) -> tuple[float, float]:
+def _apart(scene: em.Scene, state: Floats, other: Floats) -> tuple[float, float]:
     """How far the objects are apart: distance [m] and angle [rad], the most of each."""
     one, two = scene.unpack(state), scene.unpack(other)
     objects = [body.name for body in scene.bodies if body.role == "object"]
@@ -149,7 +150,7 @@ def _apart(scene: em.Scene, state: Numbers, other: Numbers) -> tuple[float, floa
     return max(distances), max(angles)
 
 
-def _between(one: dict[str, Numbers], two: dict[str, Numbers]) -> tuple[float, float]:
+def _between(one: dict[str, Floats], two: dict[str, Floats]) -> tuple[float, float]:
     """Distance [m] and angle [rad] between two poses of a body."""
     turn = Rotation.from_quat([one["orientation"], two["orientation"]])
     distance = np.linalg.norm(one["position"] - two["position"])
@@ -163,7 +164,7 @@ CHECK = 1 / 60  # s between two looks, where a problem with a clock does not say
 class Edge(NamedTuple):
     """Wrenches that are held for a while."""
 
-    wrenches: Numbers
+    wrenches: Floats
     """On the k objects, shape (k, 6) [N, N m]."""
     duration: float
     """[s]."""
@@ -175,7 +176,7 @@ class Played(NamedTuple):
     escaped: bool
     last: Instant
     """The exit, or the end."""
-    end: Numbers
+    end: Floats
     """State at the end of the edges, shape (n,)."""
 
 
@@ -235,7 +236,7 @@ class EscapePlayer:
         simulation.advance(steps)
         return steps > 0
 
-    def _begin_edge(self, simulation: Simulation, wrenches: Numbers) -> None:
+    def _begin_edge(self, simulation: Simulation, wrenches: Floats) -> None:
         simulation.push(wrenches)
         if self._problem.effector == "drive":
             simulation.put(self._problem.edge_start(simulation.state()))

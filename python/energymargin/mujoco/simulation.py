@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 import energymargin as em
-from energymargin.base.checks import Numbers
+from energymargin.base.aliases import Floats
 from energymargin.mujoco.engine import Engine
 from energymargin.mujoco.models import geoms_of
 from energymargin.mujoco.reading import INTEGRATION
@@ -26,7 +26,7 @@ class Instant(NamedTuple):
     """Integral of |f . v + tau . omega| dt [J]."""
     work: float
     """Integral of f . v + tau . omega [J]."""
-    state: Numbers
+    state: Floats
     """Shape (n,)."""
 
 
@@ -59,7 +59,7 @@ class Simulation:
         """This one."""
         return Instant(self.time, self.effort, self.work, self.state())
 
-    def push(self, wrenches: Numbers) -> None:
+    def push(self, wrenches: Floats) -> None:
         """From now on wrenches act on the k objects, shape (k, 6) [N, N m]."""
         self._wrenches = wrenches
 
@@ -81,7 +81,7 @@ class Simulation:
             self.effort += float(np.abs(work).sum())
             self.work += float(work.sum())
 
-    def state(self) -> Numbers:
+    def state(self) -> Floats:
         """State of the scene, shape (n,)."""
         return np.asarray(self.engine.read(self.row[None])[0])
 
@@ -92,7 +92,7 @@ class Simulation:
         self.states.refresh(data)
         return data
 
-    def put(self, state: Numbers) -> None:
+    def put(self, state: Floats) -> None:
         """Goes on from another state, shape (n,)."""
         data = self.data()
         self.states.write(data, state)
@@ -158,7 +158,7 @@ class ModelRobot:
             wrench = self._motor(data, body, velocities[row])
             simulation.row[columns.applied[body]] += np.clip(wrench, -limits, limits)
 
-    def _motor(self, data: Any, body: int, wanted: Numbers) -> Numbers:
+    def _motor(self, data: Any, body: int, wanted: Floats) -> Floats:
         """The wrench of a motor without limits, shape (6,)."""
         model, step = self._model, self._model.opt.timestep
         twist = self._states.twist(data, body, mujoco.mjtObj.mjOBJ_BODY)
@@ -171,7 +171,7 @@ class ModelRobot:
         turn = inertia @ (wanted[3:] - twist[:3]) / step
         return np.concatenate([model.body_subtreemass[body] * push, turn])
 
-    def _limits(self, name: str) -> Numbers:
+    def _limits(self, name: str) -> Floats:
         """Limits of a motor's force and torque, shape (6,)."""
         model, body = self._model, self._states.body_id(name)
         force, torque = self._plan.limits.get(name, (None, None))

@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 import energymargin as em
-from energymargin.base.checks import Numbers, check_shape, check_type
+from energymargin.base.aliases import Floats
+from energymargin.base.checks import check_shape, check_type
 from energymargin.base.plausibility import warn
 from energymargin.mujoco.mjcf_bodies import inertia_of
 
@@ -52,7 +53,7 @@ class States:
         check_shape("others", self.rest, (scene.dimension,))
         self._twist, self._ball = np.zeros(6), mujoco.mjtJoint.mjJNT_BALL
 
-    def read(self, data: Any) -> Numbers:
+    def read(self, data: Any) -> Floats:
         """The state in a `mujoco.MjData`, shape (n,), whose poses and velocities follow `qpos`."""
         self.refresh(data)
         state, model = self.rest.copy(), self._model
@@ -91,7 +92,7 @@ class States:
         mujoco.mj_comPos(self._model, data)
         mujoco.mj_comVel(self._model, data)
 
-    def twist(self, data: Any, body: int, point: Any) -> Numbers:
+    def twist(self, data: Any, body: int, point: Any) -> Floats:
         """Angular and linear velocity along the world's axes, shape (6,): of a body's frame
         (mjOBJ_XBODY) or centre of mass (mjOBJ_BODY)."""
         mujoco.mj_objectVelocity(self._model, data, point, body, self._twist, 0)
@@ -246,7 +247,7 @@ def require_data(model: Any, data: Any) -> None:
 
 def state(
     scene: em.Scene, model: Any, data: Any, *, prefix: str = "", others: ArrayLike | None = None
-) -> Numbers:
+) -> Floats:
     """The state of a scene in a `mujoco.MjData`, shape (n,), for `problem.with_state`.
 
     Free bodies and joints are those of the model with the same names, behind `prefix`, as

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from energymargin import Plan, Plane, Scene, mass_properties, scenes
+from energymargin.base.aliases import Floats
 
-Floats = NDArray[np.float64]
 Asked = tuple[Scene, Floats, Plan | None, float]
 """From a scene and a state on, for a plan and a horizon [s]."""
 SIGNS = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, -1).T

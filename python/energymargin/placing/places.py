@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 from energymargin import Cancel, Cancelled, Plan, Problem, Scene, rank
 from energymargin.actions import Ranking, Standing
 from energymargin.base import checks
+from energymargin.base.aliases import Floats
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import kept_warnings, warn
 from energymargin.base.table_text import csv_text
@@ -24,7 +25,7 @@ from energymargin.beliefs import Uncertainty
 from energymargin.disturbances import Uniform
 from energymargin.executors import Executor
 from energymargin.grasps import Hand, Protocol
-from energymargin.placing.boxes import Floats, frame_of, require_contacts, up_of
+from energymargin.placing.boxes import frame_of, require_contacts, up_of
 from energymargin.placing.pushes import Push, Pushes
 from energymargin.placing.rooms import DROP, Release, Room, named
 from energymargin.placing.settling import settle

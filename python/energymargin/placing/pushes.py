@@ -16,9 +16,10 @@ from scipy.spatial import ConvexHull, QhullError
 from scipy.spatial.transform import Rotation
 
 from energymargin import Scene, World, scenes
+from energymargin.base.aliases import Floats
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import kept_warnings
-from energymargin.placing.boxes import Boxes, Floats, center_of, frame_of, movable, moved, up_of
+from energymargin.placing.boxes import Boxes, center_of, frame_of, movable, moved, up_of
 from energymargin.placing.settling import settle
 
 UPWARDS = 0.2  # of a contact's normal, from where on it carries

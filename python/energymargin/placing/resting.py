@@ -23,10 +23,10 @@ from scipy.spatial.transform import Rotation
 import energymargin as em
 from energymargin import Inertial, mass_properties, scenes
 from energymargin.base import checks
+from energymargin.base.aliases import Floats
 from energymargin.base.limits import Limit
 from energymargin.base.reprs import Record
 from energymargin.executors import Executor, ask
-from energymargin.placing.boxes import Floats
 from energymargin.placing.settling import GRAVITY, Drops
 from energymargin.summary import Summarized
 

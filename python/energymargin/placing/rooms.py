@@ -14,9 +14,10 @@ from scipy.spatial.transform import Rotation
 
 from energymargin import Plan, Plane, Scene, World, scenes
 from energymargin.base import checks
+from energymargin.base.aliases import Floats
 from energymargin.base.limits import Limit
 from energymargin.grasps import GraspObject, Hand, Protocol, grip
-from energymargin.placing.boxes import Asked, Floats, frame_of, moved
+from energymargin.placing.boxes import Asked, frame_of, moved
 
 INSIDE = 1e-4  # m; a thing or a hand that is deeper in another one has no room
 LEVEL = 1e-3  # m, of the top of a part

@@ -15,12 +15,13 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
 from energymargin import Cancel, Cancelled, Inertial, Scene, World, scenes
+from energymargin.base.aliases import Floats
 from energymargin.base.checks import by_name, positive_number, require
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import kept_warnings
 from energymargin.base.table_text import csv_text
 from energymargin.placing import boxes
-from energymargin.placing.boxes import Boxes, Floats, farthest, movable, up_of
+from energymargin.placing.boxes import Boxes, farthest, movable, up_of
 from energymargin.summary import Summarized
 
 LOOKS = 10  # within the time for which nothing may move

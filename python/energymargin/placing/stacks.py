@@ -14,13 +14,14 @@ from scipy.spatial.transform import Rotation
 import energymargin as em
 from energymargin import CriticalValue, Plan, Problem, Scene, regions, scenes
 from energymargin.base import checks
+from energymargin.base.aliases import Floats
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import warn
 from energymargin.base.table_text import csv_text
 from energymargin.disturbances import Uniform
 from energymargin.executors import Executor
 from energymargin.placing import boxes
-from energymargin.placing.boxes import Asked, Floats, center_of, frame_of, movable, up_of
+from energymargin.placing.boxes import Asked, center_of, frame_of, movable, up_of
 from energymargin.placing.pushes import Push, Pushes
 from energymargin.placing.settling import settle
 from energymargin.summary import Summarized

@@ -15,7 +15,8 @@ import numpy as np
 
 from energymargin import regions
 from energymargin._core import Box, Scene, World
-from energymargin.tasks.base import NONE_DRAWN, PLANAR, STEP, Params, Vector
+from energymargin.base.aliases import Floats
+from energymargin.tasks.base import NONE_DRAWN, PLANAR, STEP, Params
 from energymargin.tasks.questions import QuestionTask
 from energymargin.tasks.scripted import Drive
 
@@ -82,7 +83,7 @@ class BalanceTask(QuestionTask):
         """Floor, square and support; the drive alone holds the support."""
         return self._scene
 
-    def start(self, world: World, params: Params, random: np.random.Generator) -> Vector:
+    def start(self, world: World, params: Params, random: np.random.Generator) -> Floats:
         """A random start state: the square on the support, both all but at rest."""
         x = OBJECT_START[0] + random.uniform(-SUPPORT_X_SPREAD, SUPPORT_X_SPREAD)
         speeds = random.uniform(-SPEED_SPREAD, SPEED_SPREAD, (2, 2))
@@ -96,7 +97,7 @@ class BalanceTask(QuestionTask):
         wrenches[:, 5] = random.uniform(-TORQUE_SPREAD, TORQUE_SPREAD, self.steps)
         return Drive({"effector": wrenches})
 
-    def afterwards(self, params: Params) -> dict[str, Vector]:
+    def afterwards(self, params: Params) -> dict[str, Floats]:
         """The support is held against its weight and the object's."""
         return {"effector": np.array([0.0, HOLDING, 0.0, 0.0, 0.0, 0.0])}
 
@@ -104,7 +105,7 @@ class BalanceTask(QuestionTask):
         """Floor, square and support, which is held against its weight and the object's."""
         return scene(HOLDING)
 
-    def question(self, state: Vector, params: Params) -> dict[str, Any]:
+    def question(self, state: Floats, params: Params) -> dict[str, Any]:
         """Forces act on the square."""
         return {"force": (FORCE_BOUND, FORCE_BOUND, 0.0), "torque": (0.0, 0.0, 0.0)}
 

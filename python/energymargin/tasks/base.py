@@ -18,13 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Contact, Problem, Region, Scene
+from energymargin.base.aliases import Floats
 from energymargin.tasks.trajectories import Trajectory
 
 Params = Mapping[str, float]
 """What was drawn for one trajectory alone, by name."""
 NONE_DRAWN: Params = MappingProxyType({})
 
-Vector = NDArray[np.float64]
 """An array of numbers, such as a state, shape (n,)."""
 
 Regions = Region | dict[str, Region]
@@ -54,7 +54,7 @@ class Task(Protocol):
 
     @abstractmethod
     def problem(
-        self, state: Vector, params: Params | None = None, contacts: Sequence[Contact] | None = None
+        self, state: Floats, params: Params | None = None, contacts: Sequence[Contact] | None = None
     ) -> Problem:
         """How robust is the manipulation at this state, shape (n,)?
 
@@ -98,13 +98,13 @@ def set_of_object(sets: Regions, name: str | None) -> Region:
     return sets
 
 
-def inside(sets: Regions, scene: Scene, states: Vector) -> NDArray[np.bool_]:
+def inside(sets: Regions, scene: Scene, states: Floats) -> NDArray[np.bool_]:
     """Whether each object is in its set, of one state (n,) or of several (N, n): shape (k,) or
     (k, N). One set for all counts as one object."""
     by_object = sets.values() if isinstance(sets, dict) else [sets]
     return np.array([region.contains(scene, states) for region in by_object], dtype=bool)
 
 
-def any_inside(sets: Regions, scene: Scene, states: Vector) -> NDArray[np.bool_] | None:
+def any_inside(sets: Regions, scene: Scene, states: Floats) -> NDArray[np.bool_] | None:
     """Whether at least one object is in its set; None if there is one set for all."""
     return np.any(inside(sets, scene, states), axis=0) if isinstance(sets, dict) else None

@@ -8,7 +8,8 @@ from hashlib import sha256
 from pathlib import Path
 
 from energymargin._core import Contact, Problem, Region, Scene
-from energymargin.tasks.base import Params, Regions, Vector
+from energymargin.base.aliases import Floats
+from energymargin.tasks.base import Params, Regions
 from energymargin.tasks.trajectories import Trajectory
 
 DIGITS = 16  # of the digest
@@ -74,7 +75,7 @@ class ProblemTask:
         """The problem's; the same for all recordings."""
         return self._problem.scene
 
-    def captured(self, state: Vector, params: Params) -> Regions:
+    def captured(self, state: Floats, params: Params) -> Regions:
         """The problem's capture set; the same for all states."""
         return self._problem.captured_by_object or self._problem.captured
 
@@ -84,7 +85,7 @@ class ProblemTask:
         return self._problem.captured if own is None else own
 
     def problem(
-        self, state: Vector, params: Params | None = None, contacts: Sequence[Contact] | None = None
+        self, state: Floats, params: Params | None = None, contacts: Sequence[Contact] | None = None
     ) -> Problem:
         """The question at a state, shape (n,)."""
         return self._problem.replace(state=state, contacts=contacts, start_outside=True)

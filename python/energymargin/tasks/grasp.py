@@ -14,8 +14,9 @@ import numpy as np
 
 from energymargin import regions
 from energymargin._core import Box, Scene, World
+from energymargin.base.aliases import Floats
 from energymargin.model.scenes import data_file, from_urdf
-from energymargin.tasks.base import Params, Vector
+from energymargin.tasks.base import Params
 from energymargin.tasks.questions import FrictionTask
 from energymargin.tasks.scripted import Drive
 
@@ -114,7 +115,7 @@ class GraspTask(FrictionTask):
         """The friction, if the task leaves it open, and how far the fingers clench."""
         return {**super().draw(random), "clench": random.uniform(*CLENCH_RANGE)}
 
-    def start(self, world: World, params: Params, random: np.random.Generator) -> Vector:
+    def start(self, world: World, params: Params, random: np.random.Generator) -> Floats:
         """The box on the table, about under the middle of the open hand."""
         x, y = random.uniform(-OBJECT_SPREAD, OBJECT_SPREAD, 2)
         yaw = random.uniform(-OBJECT_YAW_SPREAD, OBJECT_YAW_SPREAD)
@@ -132,7 +133,7 @@ class GraspTask(FrictionTask):
         table[sinking, 2] = -TABLE_MASS * LIFT_SPEED / (sinking.sum() * self.step)
         return Drive({"table": table}, targets)
 
-    def question(self, state: Vector, params: Params) -> dict[str, Any]:
+    def question(self, state: Floats, params: Params) -> dict[str, Any]:
         """Wrenches act on the box.
 
         The fingers' control keeps aiming at the clench, that of `params` or CLENCHED, and the table

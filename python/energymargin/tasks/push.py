@@ -14,8 +14,9 @@ import numpy as np
 
 from energymargin import regions
 from energymargin._core import Box, Cylinder, Scene, World
+from energymargin.base.aliases import Floats
 from energymargin.base.checks import yes_or_no
-from energymargin.tasks.base import NONE_DRAWN, STEP, Params, Vector
+from energymargin.tasks.base import NONE_DRAWN, STEP, Params
 from energymargin.tasks.questions import FrictionTask, swept_from
 from energymargin.tasks.scripted import Drive
 
@@ -93,7 +94,7 @@ class PushTask(FrictionTask):
         """Table, wall, box and pusher, all of the friction in `params`."""
         return scene(params["friction"])
 
-    def start(self, world: World, params: Params, random: np.random.Generator) -> Vector:
+    def start(self, world: World, params: Params, random: np.random.Generator) -> Floats:
         """A random start state, drawn again while box and pusher overlap."""
         while True:
             yaw = random.uniform(-OBJECT_YAW_SPREAD, OBJECT_YAW_SPREAD)
@@ -101,7 +102,7 @@ class PushTask(FrictionTask):
             y = OBJECT_START[1] - random.uniform(*EFFECTOR_GAP_RANGE)
             speed = (0.0, random.uniform(*EFFECTOR_SPEED_RANGE), 0.0)
             pusher = {"position": (x, y, EFFECTOR_HEIGHT / 2), "velocity": speed}
-            state: Vector = self.layout.pack(object={"yaw": yaw}, effector=pusher)
+            state: Floats = self.layout.pack(object={"yaw": yaw}, effector=pusher)
             if world.distance(state, "object", "effector") > 0:
                 return state
 
@@ -113,7 +114,7 @@ class PushTask(FrictionTask):
         wrenches[:, 1] = ahead * params["friction"] / FRICTION_MIDDLE
         return Drive({"effector": wrenches})
 
-    def question(self, state: Vector, params: Params) -> dict[str, Any]:
+    def question(self, state: Floats, params: Params) -> dict[str, Any]:
         """Wrenches act on the box; one that has left the workspace has no bounds left to keep."""
         scale = params["friction"] / FRICTION_MIDDLE
         force, torque = FORCE_BOUND * scale, TORQUE_BOUND * scale
@@ -121,7 +122,7 @@ class PushTask(FrictionTask):
         within = workspace if workspace.contains(self.layout, state) else None
         return {"force": (force, force, 0.0), "torque": (0.0, 0.0, torque), "within": within}
 
-    def captured(self, state: Vector, params: Params = NONE_DRAWN) -> regions.Region:
+    def captured(self, state: Floats, params: Params = NONE_DRAWN) -> regions.Region:
         """Z_cap(z) of a state, shape (n,).
 
         The box lies in what the pusher was about to sweep at z (the paper's set) and, if the task

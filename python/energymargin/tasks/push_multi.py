@@ -15,7 +15,8 @@ import numpy as np
 
 from energymargin import regions
 from energymargin._core import Box, Cylinder, Inertial, Scene, World
-from energymargin.tasks.base import NONE_DRAWN, PLANAR, STEP, Params, Vector
+from energymargin.base.aliases import Floats
+from energymargin.tasks.base import NONE_DRAWN, PLANAR, STEP, Params
 from energymargin.tasks.questions import FrictionTask, places_apart, swept_from
 from energymargin.tasks.scripted import Drive
 
@@ -97,7 +98,7 @@ class PushMultiTask(FrictionTask):
         drawn, push = super().draw(random), random.uniform(*PUSH_RANGE)
         return {**drawn, "push": push, "turn": TURN_SPREAD * random.uniform(-1.0, 1.0) ** 3}
 
-    def start(self, world: World, params: Params, random: np.random.Generator) -> Vector:
+    def start(self, world: World, params: Params, random: np.random.Generator) -> Floats:
         """Discs at random places in front of the bar, at rest; the bar moves."""
         places = places_apart(random, DISC_AREA, len(DISCS), 2 * DISC_RADIUS + DISC_GAP)
         moved: dict[str, dict[str, Any]] = {
@@ -118,13 +119,13 @@ class PushMultiTask(FrictionTask):
         wrenches[:, 1] += params["push"] * load
         return Drive({"bar": wrenches})
 
-    def question(self, state: Vector, params: Params) -> dict[str, Any]:
+    def question(self, state: Floats, params: Params) -> dict[str, Any]:
         """Wrenches act on each disc."""
         scale = (params["friction"] / FRICTION_MIDDLE) ** 2
         force, torque = FORCE_BOUND * scale, TORQUE_BOUND * scale
         return {"force": (force, force, 0.0), "torque": (0.0, 0.0, torque)}
 
-    def captured(self, state: Vector, params: Params = NONE_DRAWN) -> dict[str, regions.Region]:
+    def captured(self, state: Floats, params: Params = NONE_DRAWN) -> dict[str, regions.Region]:
         """Z_cap(z) of a state, shape (n,), for each disc.
 
         The disc lies in what the bar was about to sweep at z, and still does from where the bar has

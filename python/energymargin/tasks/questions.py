@@ -12,15 +12,16 @@ from numpy.random import Generator
 from numpy.typing import ArrayLike
 
 from energymargin._core import Contact, Problem, Scene
+from energymargin.base.aliases import Floats
 from energymargin.base.checks import positive_number
-from energymargin.tasks.base import NONE_DRAWN, Params, Regions, Vector
+from energymargin.tasks.base import NONE_DRAWN, Params, Regions
 from energymargin.tasks.scripted import EFFECTORS, Drive, ScriptedTask
 
 
 class Means:
     """Draws the means: what a random generator does on average."""
 
-    def uniform(self, low: float, high: float, size: Any = ()) -> Vector:
+    def uniform(self, low: float, high: float, size: Any = ()) -> Floats:
         """The mean of `Generator.uniform`, of shape `size`."""
         return np.full(size, (low + high) / 2)
 
@@ -50,7 +51,7 @@ class QuestionTask(ScriptedTask):
         return self.drive(params, means)
 
     @abstractmethod
-    def question(self, state: Vector, params: Params) -> dict[str, Any]:
+    def question(self, state: Floats, params: Params) -> dict[str, Any]:
         """Keywords of a Problem: the disturbance, and what else the task asks at a state, (n,)."""
 
     def asked_scene(self, params: Params) -> Scene:
@@ -62,7 +63,7 @@ class QuestionTask(ScriptedTask):
         return {**self.usual, **params}
 
     def problem(
-        self, state: Vector, params: Params | None = None, contacts: Sequence[Contact] | None = None
+        self, state: Floats, params: Params | None = None, contacts: Sequence[Contact] | None = None
     ) -> Problem:
         """The problem P of Section V-A at a state, shape (n,), of a trajectory of these params."""
         known = self.known(params or {})
@@ -74,7 +75,7 @@ class QuestionTask(ScriptedTask):
         asked: dict[str, Any] = {**edges, **sets, **self.question(state, known)}
         return Problem(last[1], state, contacts=contacts, start_outside=True, **asked)
 
-    def captured(self, state: Vector, params: Params = NONE_DRAWN) -> Regions:
+    def captured(self, state: Floats, params: Params = NONE_DRAWN) -> Regions:
         """Z_cap(z) of a state, shape (n,); by default that of every instant."""
         return self.captured_throughout(params)
 
@@ -117,9 +118,9 @@ def drawn(name: str, params: Params | None, own: float | None) -> float:
     return value
 
 
-def places_apart(random: Generator, area: ArrayLike, count: int, gap: float) -> list[Vector]:
+def places_apart(random: Generator, area: ArrayLike, count: int, gap: float) -> list[Floats]:
     """Random places (2,) more than `gap` [m] apart; `area`: (low, high) of x and of y [m]."""
-    places: list[Vector] = []
+    places: list[Floats] = []
     while len(places) < count:
         place = random.uniform(*np.transpose(area))
         if all(np.hypot(*(place - other)) > gap for other in places):
@@ -127,7 +128,7 @@ def places_apart(random: Generator, area: ArrayLike, count: int, gap: float) -> 
     return places
 
 
-def swept_from(scene: Scene, state: Vector, body: str) -> dict[str, Any]:
+def swept_from(scene: Scene, state: Floats, body: str) -> dict[str, Any]:
     """The planar motion of a body in a state, shape (n,), as `regions.Swept` takes it."""
     now = scene.unpack(state)[body]
     position, velocity = now["position"][:2], now["velocity"][:2]

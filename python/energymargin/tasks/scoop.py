@@ -15,7 +15,8 @@ import numpy as np
 
 from energymargin import regions
 from energymargin._core import Box, Compound, Part, Scene, World
-from energymargin.tasks.base import NONE_DRAWN, STEP, Params, Vector
+from energymargin.base.aliases import Floats
+from energymargin.tasks.base import NONE_DRAWN, STEP, Params
 from energymargin.tasks.questions import FrictionTask, places_apart
 from energymargin.tasks.scripted import Drive
 
@@ -101,7 +102,7 @@ class ScoopTask(FrictionTask):
         drawn, speed = super().draw(random), random.uniform(*SPEED_RANGE)
         return {**drawn, "speed": speed, "bend": random.uniform(*BEND_RANGE)}
 
-    def start(self, world: World, params: Params, random: np.random.Generator) -> Vector:
+    def start(self, world: World, params: Params, random: np.random.Generator) -> Floats:
         """Boxes at random places in front of the scoop, at rest; the scoop moves."""
         places = places_apart(random, BOX_AREA, len(BOXES), BOX_GAP)
         moved: dict[str, dict[str, Any]] = {
@@ -122,11 +123,11 @@ class ScoopTask(FrictionTask):
         wrenches[:, :3] = SCOOP_MASS * accelerations
         return Drive({"scoop": wrenches})
 
-    def question(self, state: Vector, params: Params) -> dict[str, Any]:
+    def question(self, state: Floats, params: Params) -> dict[str, Any]:
         """Wrenches act on each box."""
         return {"force": (FORCE_BOUND,) * 3, "torque": (TORQUE_BOUND,) * 3}
 
-    def captured(self, state: Vector, params: Params = NONE_DRAWN) -> dict[str, regions.Region]:
+    def captured(self, state: Floats, params: Params = NONE_DRAWN) -> dict[str, regions.Region]:
         """Z_cap(z) of a state, shape (n,), for each box; it moves with the scoop."""
         speed = float(self.layout.unpack(state)["scoop"]["velocity"][0])
         ahead = CAPTURE_AHEAD * max(speed, 0.0)

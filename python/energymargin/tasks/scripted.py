@@ -14,11 +14,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from energymargin import regions
 from energymargin._core import Cancel, Contact, Plan, Problem, Region, Scene, Simulation, World
+from energymargin.base.aliases import Floats
 from energymargin.base.checks import one_of, seed_number, whole_number
 from energymargin.base.limits import Limit
 from energymargin.base.reprs import Record
 from energymargin.tasks import base
-from energymargin.tasks.base import PLANE, STEP, Params, Regions, Task, Vector
+from energymargin.tasks.base import PLANE, STEP, Params, Regions, Task
 from energymargin.tasks.trajectories import Trajectory
 
 Following = Literal["script", "hold"]
@@ -45,9 +46,9 @@ def in_engine(task: Task, engine: str) -> Task:
 class Drive(Record):
     """What moves the robot along one trajectory, with a row for each simulation step."""
 
-    wrenches: dict[str, Vector] = field(default_factory=dict)
+    wrenches: dict[str, Floats] = field(default_factory=dict)
     """By body: force [N] and torque [N m] on it, shape (steps, 6)."""
-    targets: dict[str, Vector] = field(default_factory=dict)
+    targets: dict[str, Floats] = field(default_factory=dict)
     """By joint: the position that its control aims at [rad, m], shape (steps,)."""
 
     def between(self, first: int, last: int) -> Drive:
@@ -90,7 +91,7 @@ class ScriptedTask(Task):
         """What is drawn for one trajectory, such as the friction; by default nothing."""
         return {}
 
-    def start(self, world: World, params: Params, random: np.random.Generator) -> Vector:
+    def start(self, world: World, params: Params, random: np.random.Generator) -> Floats:
         """A random start state, shape (n,); by default that of the scene."""
         return np.asarray(world.scene.pack())
 
@@ -109,12 +110,12 @@ class ScriptedTask(Task):
             "without one its plan can be 'hold' or none"
         )
 
-    def afterwards(self, params: Params) -> dict[str, Vector]:
+    def afterwards(self, params: Params) -> dict[str, Floats]:
         """By body, the wrench (6,) [N, N m] once the script is over; by default none."""
         return {}
 
     @abstractmethod
-    def captured(self, state: Vector, params: Params) -> Regions:
+    def captured(self, state: Floats, params: Params) -> Regions:
         """Z_cap(z) of a state, shape (n,); with several objects, that of each by its name."""
 
     def captured_throughout(self, params: Params) -> Regions:
@@ -128,7 +129,7 @@ class ScriptedTask(Task):
         start = np.asarray(layout.pack())
 
         def throughout(name: str | None) -> Region:
-            def contains(states: Vector) -> NDArray[np.bool_]:
+            def contains(states: Floats) -> NDArray[np.bool_]:
                 sets = [base.set_of_object(self.captured(state, params), name) for state in states]
                 inside = [one.contains(layout, z) for one, z in zip(sets, states, strict=True)]
                 return np.array(inside, dtype=bool)
@@ -143,7 +144,7 @@ class ScriptedTask(Task):
         """Z_suc; with several objects, that of each by its name."""
 
     def plan(
-        self, state: Vector, time: float, params: Params, horizon: float | None = None
+        self, state: Floats, time: float, params: Params, horizon: float | None = None
     ) -> Plan:
         """What the robot is about to do at a time [s] of its script: the script's mean from there.
 
@@ -180,7 +181,7 @@ class ScriptedTask(Task):
 
     def future(
         self,
-        state: Vector,
+        state: Floats,
         time: float,
         params: Params,
         horizon: float,
@@ -251,7 +252,7 @@ class ScriptedTask(Task):
 
     def resume(
         self,
-        state: Vector,
+        state: Floats,
         time: float,
         params: Params,
         seed: int,
@@ -260,7 +261,7 @@ class ScriptedTask(Task):
         world: World | None = None,
         timeout: float | None = None,
         cancel: Cancel | None = None,
-    ) -> Vector:
+    ) -> Floats:
         """The script goes on from a state at a time, with noise of its own.
 
         Args:
@@ -290,7 +291,7 @@ class ScriptedTask(Task):
         return _simulate(world, state, drive, [step - first for step in recorded], limit).states
 
     def labels(
-        self, states: Vector, params: Params, *, scene: Scene | None = None
+        self, states: Floats, params: Params, *, scene: Scene | None = None
     ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Whether each state, shape (N, n), lies in its own capture set and in the success set.
 
@@ -303,7 +304,7 @@ class ScriptedTask(Task):
         return np.array(captured), np.all(succeeded, axis=0)
 
     def labels_any(
-        self, states: Vector, params: Params, *, scene: Scene | None = None
+        self, states: Floats, params: Params, *, scene: Scene | None = None
     ) -> tuple[NDArray[np.bool_] | None, NDArray[np.bool_] | None]:
         """Whether at least one object lies in its capture set, and in its success set.
 
@@ -316,7 +317,7 @@ class ScriptedTask(Task):
 
 
 def _simulate(
-    world: World, state: Vector, drive: Drive, record: list[int], limit: Limit
+    world: World, state: Floats, drive: Drive, record: list[int], limit: Limit
 ) -> Simulation:
     """One simulation to the last of the steps that are recorded, from 0, the state itself."""
     simulate = partial(world.simulate, drives=drive.wrenches, targets=drive.targets)
@@ -338,7 +339,7 @@ class _InEngine(ScriptedTask):
         return super().scene(params).with_engine(self.engine)  # type: ignore[safe-super]
 
     def problem(
-        self, state: Vector, params: Params | None = None, contacts: Sequence[Contact] | None = None
+        self, state: Floats, params: Params | None = None, contacts: Sequence[Contact] | None = None
     ) -> Problem:
         """That of the task, in the engine."""
         made = super().problem(state, params, contacts)  # type: ignore[safe-super]

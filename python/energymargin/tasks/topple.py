@@ -15,7 +15,8 @@ import numpy as np
 
 from energymargin import regions
 from energymargin._core import Box, ForceWeights, Scene, Sphere
-from energymargin.tasks.base import NONE_DRAWN, STEP, Params, Vector
+from energymargin.base.aliases import Floats
+from energymargin.tasks.base import NONE_DRAWN, STEP, Params
 from energymargin.tasks.questions import FrictionTask
 from energymargin.tasks.scripted import Drive
 
@@ -101,7 +102,7 @@ class ToppleTask(FrictionTask):
         wrenches[:pushes, 0] = random.uniform(*PUSH_RANGE, pushes)
         return Drive({"base": wrenches})
 
-    def question(self, state: Vector, params: Params) -> dict[str, Any]:
+    def question(self, state: Floats, params: Params) -> dict[str, Any]:
         """Wrenches act on the box."""
         bounds = {"force": (FORCE_BOUND, 0.0, 0.0), "torque": (0.0, TORQUE_BOUND, 0.0)}
         return {**bounds, "force_weights": FORCE_WEIGHTS}

@@ -16,8 +16,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from energymargin._core import Box, Capsule, ConvexHull, Cylinder, Inertial, Scene, Sphere
+from energymargin.base.aliases import Floats
 from energymargin_paper.evidence.contact_statics import Pad, largest_weight
-from energymargin_paper.evidence.contact_traces import GRAVITY, MILLI, Vector, simulated
+from energymargin_paper.evidence.contact_traces import GRAVITY, MILLI, simulated
 
 __all__ = [
     "KINDS",
@@ -315,7 +316,7 @@ def _add_finger(scene: Scene, grip: Grip, name: str, finger: Finger, face: float
     )
 
 
-def _pad(pad: str) -> tuple[Any, float, Vector]:
+def _pad(pad: str) -> tuple[Any, float, Floats]:
     """Its shape, how far its face is from its middle [m], and its turn in the finger's frame."""
     none, z_to_x = (
         np.array((0.0, 0.0, 0.0, 1.0)),
@@ -338,15 +339,15 @@ def _pad(pad: str) -> tuple[Any, float, Vector]:
     raise ValueError(f"pad is {pad!r}, expected one of {', '.join(PADS)}")
 
 
-def _about_z(yaw: float) -> Vector:
+def _about_z(yaw: float) -> Floats:
     return np.array((0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)))
 
 
-def _inverse(turn: Vector) -> Vector:
+def _inverse(turn: Floats) -> Floats:
     return turn * (-1.0, -1.0, -1.0, 1.0)
 
 
-def _times(a: Vector, b: Vector) -> Vector:
+def _times(a: Floats, b: Floats) -> Floats:
     """The product of two quaternions (x, y, z, w): b first."""
     vector = a[3] * b[:3] + b[3] * a[:3] + np.cross(a[:3], b[:3])
     return np.array((*vector, a[3] * b[3] - a[:3] @ b[:3]))

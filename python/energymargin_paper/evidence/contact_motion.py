@@ -9,7 +9,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from energymargin._core import Box, Cylinder, Inertial, Scene, World
-from energymargin_paper.evidence.contact_traces import GRAVITY, MILLI, Trace, Vector, simulated
+from energymargin.base.aliases import Floats
+from energymargin_paper.evidence.contact_traces import GRAVITY, MILLI, Trace, simulated
 
 __all__ = [
     "FLOORS",
@@ -115,7 +116,7 @@ def linkage(seed: int, duration: float = 5.0, faster: float = 1.0) -> Kept:
     return Kept(_change(kinetic), _change(angular), _change(linear))
 
 
-def momenta(trace: Trace, inertias: dict[str, Vector]) -> tuple[Vector, Vector, Vector]:
+def momenta(trace: Trace, inertias: dict[str, Floats]) -> tuple[Floats, Floats, Floats]:
     """Linear and angular momentum, shape (K, 3), and kinetic energy, shape (K,), of all bodies.
 
     `inertias`: of bodies whose centre of mass is their frame's origin, the moments about the
@@ -208,7 +209,7 @@ def rolling_drift(heading: float, radius: float = 0.05, way: float = 1.6) -> flo
     return float(MILLI * np.abs(path[: until + 1] @ aside).max())
 
 
-def _linkage(random: np.random.Generator, faster: float) -> tuple[Scene, dict[str, Vector]]:
+def _linkage(random: np.random.Generator, faster: float) -> tuple[Scene, dict[str, Floats]]:
     """Boxes on each other's ends, a free base first, and their moments of inertia."""
     scene, inertias = Scene(gravity=(0, 0, 0)), {}
     count = int(random.integers(2, 5))
@@ -242,7 +243,7 @@ def _linkage(random: np.random.Generator, faster: float) -> tuple[Scene, dict[st
     return scene, inertias
 
 
-def _change(of: Vector) -> float:
+def _change(of: Floats) -> float:
     """The largest change from the start, over its size there."""
     values = of.reshape(len(of), -1)
     return float(np.linalg.norm(values - values[0], axis=1).max() / np.linalg.norm(values[0]))

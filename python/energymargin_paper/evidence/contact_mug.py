@@ -20,11 +20,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from energymargin._core import ConvexHull, Mimic, Plan, Scene
+from energymargin.base.aliases import Floats
 from energymargin.meshes import mesh
 from energymargin.model.scenes.mjcf_model import engine
 from energymargin.mujoco.mjcf import model_of
 from energymargin.mujoco.simulation import Simulation
-from energymargin_paper.evidence.contact_traces import GRAVITY, Vector, simulated
+from energymargin_paper.evidence.contact_traces import GRAVITY, simulated
 from energymargin_paper.evidence.grasps_data import FOLDER
 
 __all__ = ["FOLDER", "Grasp", "Grasps", "Here", "There", "given", "here", "there"]
@@ -79,7 +80,7 @@ class Grasp:
     load: float
     """[N]"""
 
-    def wrenches(self, step: float) -> Vector:
+    def wrenches(self, step: float) -> Floats:
         """On the mug, shape (steps, 6)."""
         closing, loaded = round(CLOSING / step), round(LOADED / step)
         rows = np.zeros((closing + loaded * len(DIRECTIONS), 6))
@@ -101,7 +102,7 @@ class Grasps:
         with hdf5.opened(folder / f"{name}.h5") as file:
             self.scale = float(file["object/scale"][()])
             self.mass = float(file["object/mass"][()])
-            self.poses: Vector = file["grasps/transforms"][:]
+            self.poses: Floats = file["grasps/transforms"][:]
         self.path = folder / f"{name}.obj"
         self.hulls = {}
         for part in trimesh.load_mesh(folder / HAND).split(only_watertight=False):

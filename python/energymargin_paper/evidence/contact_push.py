@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from energymargin._core import Box, Compound, Inertial, Part, Scene, Sphere
-from energymargin_paper.evidence.contact_traces import GRAVITY, MILLI, Vector, simulated
+from energymargin.base.aliases import Floats
+from energymargin_paper.evidence.contact_traces import GRAVITY, MILLI, simulated
 
 __all__ = ["SIZE", "Push", "corners", "coulomb", "push_error", "push_scene", "random_push"]
 
@@ -92,7 +93,7 @@ def push_scene(push: Push, step: float | None = None) -> Scene:
     return scene
 
 
-def coulomb(push: Push, duration: float = DURATION) -> Vector:
+def coulomb(push: Push, duration: float = DURATION) -> Floats:
     """Where the box is by Coulomb's law: position and quaternion, shape (7,)."""
     place, turn, velocity, spin = np.zeros(2), 0.0, np.zeros(2), 0.0
     ball, speed = np.array((_start(), push.aside)), SPEED
@@ -109,7 +110,7 @@ def coulomb(push: Push, duration: float = DURATION) -> Vector:
     return np.array((*place, 0.0, 0.0, 0.0, math.sin(turn / 2), math.cos(turn / 2)))
 
 
-def corners(pose: Vector) -> Vector:
+def corners(pose: Floats) -> Floats:
     """Corners of the box at a pose (7,), about its frame, shape (4, 3): it stands upright."""
     x, y, z = pose[:3]
     turn = 2.0 * math.atan2(pose[5], pose[6])
@@ -123,7 +124,7 @@ def _start() -> float:
     return -SIZE[0] / 2 - GAP - BALL
 
 
-def _floor(friction: float, feet: Vector, velocity: Vector, spin: float) -> tuple[Vector, float]:
+def _floor(friction: float, feet: Floats, velocity: Floats, spin: float) -> tuple[Floats, float]:
     """Force and torque of friction at the feet, which bear the weight and what tips the box."""
     slips = velocity + spin * np.stack((-feet[:, 1], feet[:, 0]), axis=1)
     shares = -friction * slips / np.sqrt((slips**2).sum(axis=1) + CREEP**2)[:, None]
@@ -135,7 +136,7 @@ def _floor(friction: float, feet: Vector, velocity: Vector, spin: float) -> tupl
     return forces.sum(axis=0), float(torque)
 
 
-def _ball(axes: Vector, apart: Vector, closing: Vector, spin: float) -> tuple[Vector, Vector]:
+def _ball(axes: Floats, apart: Floats, closing: Floats, spin: float) -> tuple[Floats, Floats]:
     """The force of the ball on the box, and where it acts, from the middle of the box."""
     local = axes.T @ apart
     nearest = np.clip(local, -SIZE[0] / 2, SIZE[0] / 2)

@@ -10,8 +10,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from energymargin._core import Box, ConvexHull, Scene, mass_properties
+from energymargin.base.aliases import Floats
 from energymargin_paper.evidence.contact_statics import Mass, Touch, required_friction
-from energymargin_paper.evidence.contact_traces import MILLI, Trace, Vector, simulated
+from energymargin_paper.evidence.contact_traces import MILLI, Trace, simulated
 
 __all__ = [
     "Structure",
@@ -183,7 +184,7 @@ def _yaw(random: np.random.Generator, seed: int) -> float:
 
 
 def _structure(
-    hulls: Mapping[str, Vector],
+    hulls: Mapping[str, Floats],
     touches: Sequence[Touch],
     friction: float,
     density: float,

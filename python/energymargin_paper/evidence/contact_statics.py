@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import linprog
 
-from energymargin_paper.evidence.contact_traces import GRAVITY, Vector
+from energymargin.base.aliases import Floats
+from energymargin_paper.evidence.contact_traces import GRAVITY
 
 __all__ = ["SIDES", "Mass", "Pad", "Touch", "largest_weight", "required_friction"]
 
@@ -24,7 +25,7 @@ class Mass(NamedTuple):
 
     mass: float
     """[kg]"""
-    center: Vector
+    center: Floats
     """Centre of its mass [m], shape (3,)."""
 
 
@@ -35,16 +36,16 @@ class Touch(NamedTuple):
     """The body on which the force along the normal acts."""
     below: str
     """The other one; what is no body that can move is fixed."""
-    position: Vector
-    normal: Vector
+    position: Floats
+    normal: Floats
     """Unit vector."""
 
 
 class Pad(NamedTuple):
     """Points at which a finger presses at the object with a force in all."""
 
-    points: Sequence[Vector]
-    direction: Vector
+    points: Sequence[Floats]
+    direction: Floats
     """In which it presses, a unit vector."""
     force: float
     """[N]"""
@@ -68,7 +69,7 @@ def required_friction(
 
 def largest_weight(
     pads: Sequence[Pad],
-    center: Vector,
+    center: Floats,
     friction: float,
     *,
     load: Sequence[float] = (0, 0, -1),
@@ -117,16 +118,16 @@ def _balances(bodies: Mapping[str, Mass], touches: Sequence[Touch], friction: fl
     return bool(found.status == 0)
 
 
-def _cone(normal: Vector, friction: float) -> Vector:
+def _cone(normal: Floats, friction: float) -> Floats:
     """The edges of a pyramid, each with a normal force of 1. Shape (3, SIDES)."""
     aside = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
     aside /= np.linalg.norm(aside)
     turns = 2.0 * np.pi * np.arange(SIDES) / SIDES
     across = np.outer(aside, np.cos(turns)) + np.outer(np.cross(normal, aside), np.sin(turns))
-    edges: Vector = normal[:, None] + friction * across
+    edges: Floats = normal[:, None] + friction * across
     return edges
 
 
-def _wrenches(forces: Vector, arm: Vector) -> Vector:
+def _wrenches(forces: Floats, arm: Floats) -> Floats:
     """Forces and their torques, from an arm. Shape (6, SIDES)."""
     return np.vstack([forces, np.cross(arm, forces.T).T])

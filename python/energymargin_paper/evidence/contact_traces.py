@@ -6,17 +6,15 @@ import warnings
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin._core import Plan, Scene, World
+from energymargin.base.aliases import Floats
 from energymargin.base.plausibility import PlausibilityWarning
 
-__all__ = ["GRAVITY", "MILLI", "Trace", "Vector", "simulated", "steps_of"]
+__all__ = ["GRAVITY", "MILLI", "Trace", "simulated", "steps_of"]
 
 GRAVITY = 9.81  # m/s^2
 MILLI = 1e3  # mm in a metre
-
-Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,20 +22,20 @@ class Trace:
     """The states that one simulation goes through, the start first."""
 
     scene: Scene
-    times: Vector
+    times: Floats
     """Shape (K,) [s]."""
-    states: Vector
+    states: Floats
     """Shape (K, n)."""
 
-    def of(self, body: str, what: str) -> Vector:
+    def of(self, body: str, what: str) -> Floats:
         """Its position, orientation, velocity or angular_velocity, shape (K, 3) or (K, 4)."""
         return np.array([self.scene.unpack(state)[body][what] for state in self.states])
 
-    def position(self, body: str) -> Vector:
+    def position(self, body: str) -> Floats:
         """Positions of the body's frame, shape (K, 3) [m]."""
         return self.of(body, "position")
 
-    def height(self, body: str) -> Vector:
+    def height(self, body: str) -> Floats:
         """Heights of the body's frame, shape (K,) [m]."""
         return self.position(body)[:, 2]
 
@@ -56,10 +54,10 @@ def simulated(
     duration: float,
     *,
     plan: Plan | None = None,
-    state: Vector | None = None,
+    state: Floats | None = None,
     every: int = 1,
-    drives: dict[str, Vector] | None = None,
-    targets: dict[str, Vector] | None = None,
+    drives: dict[str, Floats] | None = None,
+    targets: dict[str, Floats] | None = None,
 ) -> Trace:
     """The scene from its start on, with a frame after every so many steps and one at the end.
 

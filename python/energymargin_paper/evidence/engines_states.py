@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin import tasks
 from energymargin._core import (
@@ -21,6 +20,7 @@ from energymargin._core import (
     escape_effort,
     stream,
 )
+from energymargin.base.aliases import Floats
 from energymargin.model.scenes.mjcf_model import engine
 from energymargin.mujoco import model_of, replay
 from energymargin.mujoco.replay import Edge, EscapePlayer
@@ -41,7 +41,6 @@ __all__ = [
     "twin",
 ]
 
-Vector = NDArray[np.float64]
 
 FRAMES = 10  # of a trajectory
 AHEAD = 5  # frames of a horizon
@@ -143,7 +142,7 @@ def run(job: Job, cancel: Cancel) -> Both:
     return both
 
 
-def _script(task: ScriptedTask, job: Job, parts: int, cancel: Cancel) -> Vector:
+def _script(task: ScriptedTask, job: Job, parts: int, cancel: Cancel) -> Floats:
     """The states of the frames in MuJoCo, shape (FRAMES, n), from the draws of `task.rollout`."""
     random = np.random.default_rng(job.seed)
     params = task.draw(random)
@@ -161,7 +160,7 @@ def _script(task: ScriptedTask, job: Job, parts: int, cancel: Cancel) -> Vector:
     return np.array(states)
 
 
-def twin(scene: Scene, state: Vector, parts: int) -> tuple[Any, Any]:
+def twin(scene: Scene, state: Floats, parts: int) -> tuple[Any, Any]:
     """Its model, and the data at the state."""
     mujoco = engine()
     model = model_of(scene, state, step=scene.step / parts)
@@ -170,7 +169,7 @@ def twin(scene: Scene, state: Vector, parts: int) -> tuple[Any, Any]:
     return model, data
 
 
-def _distances(task: ScriptedTask, trajectory: Trajectory, there: Vector) -> list[float]:
+def _distances(task: ScriptedTask, trajectory: Trajectory, there: Floats) -> list[float]:
     """Between the objects here and there [m], by frame."""
     at = task.scene(trajectory.params).slice("object").start
     ways = (trajectory.states - there)[:, at : at + 3]

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from energymargin.base.aliases import Floats
 from energymargin_paper.evidence.calibration import brier
 
 __all__ = ["kappa", "others_mean", "scaled_brier", "share_brier"]
 
-Numbers = NDArray[np.float64]
 Labels = NDArray[np.bool_]
 Groups = NDArray[np.int64]
 
 
-def others_mean(labels: Numbers, planners: NDArray[np.str_]) -> Numbers:
+def others_mean(labels: Floats, planners: NDArray[np.str_]) -> Floats:
     """Mean label of the other planners' grasps, for each grasp of an object: what is known without
     geometry. NaN if there are none."""
     means = np.full(len(labels), np.nan)
@@ -25,7 +25,7 @@ def others_mean(labels: Numbers, planners: NDArray[np.str_]) -> Numbers:
     return means
 
 
-def scaled_brier(probabilities: Numbers, labels: Labels, groups: Groups) -> float:
+def scaled_brier(probabilities: Floats, labels: Labels, groups: Groups) -> float:
     """Brier score of probabilities (N,) after a scaling, by logistic regression, that is learned
     from the other groups; NaN where they do not have both labels."""
     from sklearn.linear_model import LogisticRegression

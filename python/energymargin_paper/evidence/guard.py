@@ -17,11 +17,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin._core import Cancel
 from energymargin.act.choosing import LEAST_CONFIDENCE
 from energymargin.actions import Decision, Guard, Noise
+from energymargin.base.aliases import Floats
 from energymargin.base.checks import not_negative_number, positive_number, share, whole_number
 from energymargin.base.table_text import csv_text, markdown_table
 from energymargin.evaluate.searches import SearchSettings
@@ -39,8 +39,7 @@ ARMS = ("policy", "guard", "filter")
 FRAME = 0.04  # s, of 25 Hz
 POLICY_STREAM = 1  # of the noise, beside the environment's
 
-Array = NDArray[np.float64]
-Policy = Callable[[], Array]
+Policy = Callable[[], Floats]
 Counts = tuple[int, int, int, int]
 """Counts of one step: alarm on, action changed, stopped; rollouts."""
 Step = Callable[[], tuple[dict[str, Any], bool, Counts]]
@@ -169,7 +168,7 @@ def noisy(env: TaskEnv, seed: int, noise: float) -> Policy:
     random = np.random.default_rng([seed, POLICY_STREAM])
     space: Any = env.action_space
 
-    def action() -> Array:
+    def action() -> Floats:
         wanted = env.nominal_action() + noise * random.normal(size=2)
         return np.asarray(np.clip(wanted, space.low, space.high))
 

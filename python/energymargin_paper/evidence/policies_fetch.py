@@ -13,10 +13,10 @@ from threading import local
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin import mujoco, regions, scenes
 from energymargin._core import Plan, Problem, Scene, World
+from energymargin.base.aliases import Floats
 from energymargin.model.plans import nearest_steps
 from energymargin.model.policies import Policy
 from energymargin_paper.evidence import policies_told
@@ -24,7 +24,6 @@ from energymargin_paper.evidence.policies_told import Question, draw, questions 
 
 __all__ = ["TITLE", "cases", "draw", "lacks", "report", "run"]
 
-Rows = NDArray[np.float64]
 
 TITLE = "FetchPush"
 ENVIRONMENT = "FetchPush-v4"
@@ -57,7 +56,7 @@ class Push:
         """`beside`: how far from the middle of the box it pushes [m]."""
         self.phase, self.beside = "over", beside
 
-    def __call__(self, observation: dict[str, Rows]) -> Rows:
+    def __call__(self, observation: dict[str, Floats]) -> Floats:
         """The action after an observation, shape (4,); a phase ends for good."""
         gripper, box = observation["observation"][:3], observation["achieved_goal"]
         goal = observation["desired_goal"]
@@ -75,7 +74,7 @@ class Push:
             step[:2] = 0.0  # up first
         return np.array([*step, 0.0])
 
-    def aim(self, box: Rows, goal: Rows) -> tuple[Rows, Rows]:
+    def aim(self, box: Floats, goal: Floats) -> tuple[Floats, Floats]:
         """Where it pushes, and in which direction, of boxes (n, 3); (n, 3) each."""
         way = (goal - box)[:, :2]
         ahead = np.zeros_like(box)
@@ -83,7 +82,7 @@ class Push:
         across = np.column_stack([-ahead[:, 1], ahead[:, 0], ahead[:, 2]])
         return np.asarray(box + self.beside * across), ahead
 
-    def push(self, gripper: Rows, box: Rows, goal: Rows) -> Rows:
+    def push(self, gripper: Floats, box: Floats, goal: Floats) -> Floats:
         """Actions of the last phase, for places (n, 3) of gripper and box, shape (n, 3)."""
         aim, _ = self.aim(box, goal)
         arrived = np.linalg.norm((goal - box)[:, :2], axis=1) < ARRIVED
@@ -152,12 +151,12 @@ def scene_of(env: Any) -> Scene:
     return made
 
 
-def _state(env: Any, scene: Scene) -> Rows:
+def _state(env: Any, scene: Scene) -> Floats:
     inner = env.unwrapped
     return np.asarray(mujoco.state(scene, inner.model, inner.data))
 
 
-def _reached(env: Any, scene: Scene, policy: Push, wait: int) -> Rows | None:
+def _reached(env: Any, scene: Scene, policy: Push, wait: int) -> Floats | None:
     """The state so many control steps after the box is at the gripper; None if it never is."""
     observation = env.unwrapped._get_obs()
     for _ in range(60):
@@ -171,7 +170,7 @@ def _reached(env: Any, scene: Scene, policy: Push, wait: int) -> Rows | None:
     return None
 
 
-def _played(env: Any, scene: Scene, policy: Push, forces: Rows) -> bool:
+def _played(env: Any, scene: Scene, policy: Push, forces: Floats) -> bool:
     """Whether the box stays in MuJoCo, looked at in each control step."""
     inner = env.unwrapped
     number = inner.model.body(BOX).id
@@ -186,13 +185,13 @@ def _played(env: Any, scene: Scene, policy: Push, forces: Rows) -> bool:
     return True
 
 
-def _forces(strength: float, random: np.random.Generator, pieces: int) -> Rows:
+def _forces(strength: float, random: np.random.Generator, pieces: int) -> Floats:
     """On the box, shape (pieces, 6)."""
     drawn = random.normal(size=(pieces, 6))
     return np.asarray(drawn * strength * np.array([1, 1, 0, 0, 0, LEVER]))
 
 
-def in_the_loop(policy: Push, goal: Rows) -> Policy:
+def in_the_loop(policy: Push, goal: Floats) -> Policy:
     """The last phase in our scene: an action is a velocity of the gripper."""
     return Policy(
         lambda states, memory, time: _speeds(policy, goal, states),
@@ -202,7 +201,7 @@ def in_the_loop(policy: Push, goal: Rows) -> Policy:
     )
 
 
-def replayed(asked: Problem, policy: Push, goal: Rows) -> Plan:
+def replayed(asked: Problem, policy: Push, goal: Floats) -> Plan:
     """What the policy does if nothing disturbs it, as a plan."""
     steps = nearest_steps(CONTROL * np.arange(AHEAD + 1), asked.scene.step)
     world = World(asked.scene, in_the_loop(policy, goal))
@@ -212,7 +211,7 @@ def replayed(asked: Problem, policy: Push, goal: Rows) -> Plan:
     return Plan(CONTROL, velocities={GRIPPER: rows})
 
 
-def _speeds(policy: Push, goal: Rows, states: Rows) -> Rows:
+def _speeds(policy: Push, goal: Floats, states: Floats) -> Floats:
     """Of the gripper in states (n, s), shape (n, 3)."""
     _, scene = _environment()
     box, gripper = (states[:, scene.slice(name)][:, :3] for name in (BOX, GRIPPER))

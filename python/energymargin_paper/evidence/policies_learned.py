@@ -15,9 +15,9 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Plan, Problem, Scene, World, capture_probability, stream
+from energymargin.base.aliases import Floats
 from energymargin.base.table_text import markdown_table
 from energymargin.evaluate.searches import SearchSettings, metric_search, value_of
 from energymargin.model.policies import Policy
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 TITLE = "A learned policy"
-Rows = NDArray[np.float64]
 
 # The expert: a force ahead that holds a speed, and one aside that keeps the pusher behind the box.
 LOW, HIGH = np.array([-5.0, 0.0]), np.array([5.0, 15.0])  # N
@@ -63,7 +62,7 @@ LESSON_SEEDS, EPISODE_SEEDS = 500_000, 10_000  # the force was chosen on episode
 EPISODE, SEEING = 1, 2  # streams of an episode's draws
 
 
-def observe(states: Rows) -> Rows:
+def observe(states: Floats) -> Floats:
     """What the policy sees of states (n, s): where the pusher is from the box, the box's yaw and
     velocities, the pusher's velocity; shape (n, 8)."""
     box, pusher = states[:, :13], states[:, 13:26]
@@ -73,7 +72,7 @@ def observe(states: Rows) -> Rows:
     return np.asarray(np.hstack([apart, level[:, None], box[:, [7, 8, 12]], pusher[:, 7:9]]))
 
 
-def expert(seen: Rows) -> Rows:
+def expert(seen: Floats) -> Floats:
     """Forces on the pusher, shape (n, 2)."""
     aside, _, yaw, drift, _, _, speed_aside, speed = seen.T
     across = -ASIDE * (aside + TURN * yaw) - DAMPING * (speed_aside - drift)
@@ -85,14 +84,14 @@ def expert(seen: Rows) -> Rows:
 class Network:
     """Two hidden layers of tanh."""
 
-    weights: list[Rows]
-    biases: list[Rows]
+    weights: list[Floats]
+    biases: list[Floats]
 
-    def __call__(self, seen: Rows) -> Rows:
+    def __call__(self, seen: Floats) -> Floats:
         """Forces, shape (n, 2), within their bounds."""
         return np.asarray(np.clip(self.layers(seen)[-1] * HIGH, LOW, HIGH))
 
-    def layers(self, seen: Rows) -> list[Rows]:
+    def layers(self, seen: Floats) -> list[Floats]:
         """What each layer says, from the observations on."""
         found = [seen]
         for k, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
@@ -125,11 +124,11 @@ def trained(seed: int) -> Network:
 class Adam:
     """How an array learns (Kingma and Ba 2015), with a rate that falls to zero."""
 
-    def __init__(self, array: Rows) -> None:
+    def __init__(self, array: Floats) -> None:
         """`array` is changed in place."""
         self.array, self.mean, self.square = array, np.zeros_like(array), np.zeros_like(array)
 
-    def change(self, slope: Rows, update: int) -> None:
+    def change(self, slope: Floats, update: int) -> None:
         """Goes down a slope, in the update of a number from 1 on."""
         self.mean += 0.1 * (slope - self.mean)
         self.square += 0.001 * (slope**2 - self.square)
@@ -138,11 +137,11 @@ class Adam:
         self.array -= rate * self.mean / (1 - 0.9**update) / size
 
 
-def _slopes(network: Network, seen: Rows, wanted: Rows) -> list[Rows]:
+def _slopes(network: Network, seen: Floats, wanted: Floats) -> list[Floats]:
     """Of the mean squared error, by weight and then by bias."""
     layers = network.layers(seen)
     error = (layers[-1] - wanted) / len(seen)
-    of_weights, of_biases = list[Rows](), list[Rows]()
+    of_weights, of_biases = list[Floats](), list[Floats]()
     for k in reversed(range(len(network.weights))):
         of_weights.insert(0, layers[k].T @ error)
         of_biases.insert(0, error.sum(axis=0))
@@ -150,32 +149,36 @@ def _slopes(network: Network, seen: Rows, wanted: Rows) -> list[Rows]:
     return of_weights + of_biases
 
 
-def _lesson(seed: int, number: int) -> Rows:
+def _lesson(seed: int, number: int) -> Floats:
     """What the expert sees in an episode in which its forces are noisy."""
     random = np.random.default_rng([seed, LESSON_SEEDS + number])
 
-    def act(seen: Rows) -> Rows:
+    def act(seen: Floats) -> Floats:
         return np.clip(expert(seen) + STRAY * random.normal(size=2), LOW, HIGH)
 
     task, params, start = _begun(LESSON_SEEDS + number)
     return observe(_episode(World(task.scene(params)), start, act, _forces(random, STEPS)))
 
 
-def _begun(seed: int) -> tuple[PushTask, Any, Rows]:
+def _begun(seed: int) -> tuple[PushTask, Any, Floats]:
     """The task, and params and start of a seed, as of `task.rollout`."""
     task, random = PushTask(), np.random.default_rng(seed)
     params = task.draw(random)
     return task, params, np.asarray(task.start(World(task.scene(params)), params, random))
 
 
-def _forces(random: np.random.Generator, pieces: int) -> Rows:
+def _forces(random: np.random.Generator, pieces: int) -> Floats:
     """On the box in each control step, shape (pieces, 6)."""
     return noise(random, pieces, np.array([FORCE, FORCE, 0, 0, 0, TORQUE]), CORRELATION)
 
 
 def _episode(
-    world: World, state: Rows, act: Callable[[Rows], Rows], forces: Rows | None, steps: int = STEPS
-) -> Rows:
+    world: World,
+    state: Floats,
+    act: Callable[[Floats], Floats],
+    forces: Floats | None,
+    steps: int = STEPS,
+) -> Floats:
     """States at the control times, from the start on, shape (steps + 1, n)."""
     states = [state]
     for k in range(steps):
@@ -187,7 +190,7 @@ def _episode(
     return np.array(states)
 
 
-def _held(action: Rows) -> Rows:
+def _held(action: Floats) -> Floats:
     """Forces (2,) as a wrench for each step of a control step, shape (CONTROL, 6)."""
     return np.tile([*action, 0.0, 0.0, 0.0, 0.0], (CONTROL, 1))
 
@@ -206,7 +209,7 @@ def run(case: str, settings: Any, cancel: Cancel) -> dict[str, Any]:
     eyes = np.random.default_rng([settings.seed, seed, SEEING])
     task, params, start = _begun(seed)
 
-    def act(seen: Rows) -> Rows:
+    def act(seen: Floats) -> Floats:
         return network(seen if blur is None else seen + blur * eyes.normal(size=seen.shape))
 
     world = World(task.scene(params))
@@ -236,7 +239,7 @@ def run(case: str, settings: Any, cancel: Cancel) -> dict[str, Any]:
 def _probability(problem: Problem, plan: Plan, seed: int, settings: Any) -> float:
     """That the box stays, under forces as they are in the episodes."""
 
-    def forced(random: np.random.Generator, times: Rows) -> Rows:
+    def forced(random: np.random.Generator, times: Floats) -> Floats:
         return held(times, lambda pieces: _forces(random, pieces))
 
     options: dict[str, Any] = {"rollouts": settings.rollouts, "seed": seed, "threads": 1}
@@ -246,7 +249,7 @@ def _probability(problem: Problem, plan: Plan, seed: int, settings: Any) -> floa
     )
 
 
-def in_the_loop(network: Network, blur: Rows | None = None) -> Policy:
+def in_the_loop(network: Network, blur: Floats | None = None) -> Policy:
     """The policy as a plan of a problem."""
     return Policy(
         lambda seen, memory, time: network(seen),
@@ -258,7 +261,7 @@ def in_the_loop(network: Network, blur: Rows | None = None) -> Policy:
     )
 
 
-def replayed(scene: Scene, state: Rows, network: Network) -> Plan:
+def replayed(scene: Scene, state: Floats, network: Network) -> Plan:
     """What the policy does from a state on if nothing disturbs it, as a plan."""
     states = _episode(World(scene), state, network, None, FRAME * AHEAD)
     rows = np.zeros((FRAME * AHEAD, 6))
@@ -281,7 +284,7 @@ def report(settings: Any, found: dict[str, Any]) -> str:
     return f"{text}\n\n{markdown_table(header, rows)}"
 
 
-def _row(policy: str, labels: Rows, episode: Rows, scores: dict[str, Rows]) -> list[str]:
+def _row(policy: str, labels: Floats, episode: Floats, scores: dict[str, Floats]) -> list[str]:
     counts = [policy, str(len(labels)), f"{labels.mean():.0%}" if len(labels) else "-"]
     if not (labels.any() and not labels.all()):
         return [*counts, *["-"] * (len(METHODS) + 2)]
@@ -301,7 +304,7 @@ def _row(policy: str, labels: Rows, episode: Rows, scores: dict[str, Rows]) -> l
 
 def _gathered(
     policy: str, found: dict[str, Any], settings: Any
-) -> tuple[Rows, Rows, dict[str, Rows]]:
+) -> tuple[Floats, Floats, dict[str, Floats]]:
     """Labels (N,), numbers of episodes (N,), and scores (N,) by method."""
     episodes = [found[f"{policy} {k}"] for k in range(settings.episodes)]
     labels = np.array([stays for one in episodes for stays in one["stays"]], dtype=float)

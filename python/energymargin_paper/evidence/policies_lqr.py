@@ -13,15 +13,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from energymargin._core import Feedback, Plan, Problem, Scene, World
+from energymargin.base.aliases import Floats
 from energymargin.model.plans import nearest_steps
 
 __all__ = ["Law", "followed", "tracking", "values_of"]
 
-Rows = NDArray[np.float64]
 AXES = "xyz"
 WIDTHS = {"": 1e-3, "r": 5e-3, "v": 1e-2, "w": 5e-2}  # of a difference [m, rad, m/s, rad/s]
 GROUPS = {
@@ -44,7 +43,7 @@ class Law:
     errors: dict[str, float] = field(default_factory=dict)
     """What an LQR minimizes: how far off counts as one, by an observed "a" or by two, "a - b"."""
 
-    def weights(self) -> Rows:
+    def weights(self) -> Floats:
         """Of the observed, shape (n, n)."""
         rows = np.zeros((len(self.errors), len(self.observed)))
         for row, (name, size) in zip(rows, self.errors.items(), strict=True):
@@ -53,7 +52,7 @@ class Law:
         return np.asarray(rows.T @ rows)
 
 
-def followed(problem: Problem, law: Law, gains: Rows) -> Feedback:
+def followed(problem: Problem, law: Law, gains: Floats) -> Feedback:
     """The problem's plan with gains along its undisturbed motion; (R, m, n), or (m, n) for all."""
     plan: Any = problem.plan
     states = _nominal(problem, law)
@@ -74,14 +73,14 @@ def followed(problem: Problem, law: Law, gains: Rows) -> Feedback:
     )
 
 
-def _limits(plan: Any, law: Law) -> tuple[Rows, Rows]:
+def _limits(plan: Any, law: Law) -> tuple[Floats, Floats]:
     """As far as corrections are allowed beyond what the plan does at all."""
     rows = [_row(plan, name) for name in law.commands]
     spare = np.array(list(law.commands.values()))
     return np.array([r.min() for r in rows]) - spare, np.array([r.max() for r in rows]) + spare
 
 
-def _row(plan: Any, name: str) -> Rows:
+def _row(plan: Any, name: str) -> Floats:
     """What a plan commands of a name, in each of its rows."""
     if "." not in name:
         return np.asarray(plan.targets[name])
@@ -90,7 +89,7 @@ def _row(plan: Any, name: str) -> Rows:
     return np.asarray(getattr(plan, group)[body][:, first + AXES.index(axis[1])])
 
 
-def tracking(problem: Problem, law: Law) -> Rows:
+def tracking(problem: Problem, law: Law) -> Floats:
     """The gains of an LQR along the plan, shape (R, m, n)."""
     states, step = _nominal(problem, law), problem.scene.step
     ends = nearest_steps(law.period * np.arange(len(states) + 1), step)
@@ -107,7 +106,7 @@ def tracking(problem: Problem, law: Law) -> Rows:
     return np.array(gains[::-1])
 
 
-def _nominal(problem: Problem, law: Law) -> list[Rows]:
+def _nominal(problem: Problem, law: Law) -> list[Floats]:
     """The undisturbed states at the control times within the horizon."""
     assert problem.horizon is not None
     step, plan = problem.scene.step, problem.plan
@@ -118,14 +117,16 @@ def _nominal(problem: Problem, law: Law) -> list[Rows]:
     return list(np.asarray(simulated.states))
 
 
-def _model(problem: Problem, state: Rows, begin: int, count: int, law: Law) -> tuple[Rows, Rows]:
+def _model(
+    problem: Problem, state: Floats, begin: int, count: int, law: Law
+) -> tuple[Floats, Floats]:
     """How the observed at the end of a control period follow from those at its begin, (n, n), and
     from a command that is held, (n, m): central differences."""
     whole: Any = problem.plan
     scene, plan = problem.scene, whole.rest(begin, problem.scene.step)
     world = World(scene, plan)
 
-    def end(of: World, start: Rows) -> Rows:
+    def end(of: World, start: Floats) -> Floats:
         moved = of.simulate(start, count, record=[count]).states
         return values_of(scene, np.asarray(moved)[0], law.observed)
 
@@ -167,12 +168,12 @@ def _kind(name: str) -> str:
     return "v" if last == "velocity" else last[0] if re.fullmatch("[rvw][xyz]", last) else ""
 
 
-def values_of(scene: Scene, state: Rows, names: Sequence[str]) -> Rows:
+def values_of(scene: Scene, state: Floats, names: Sequence[str]) -> Floats:
     """The observed of a state, shape (n,), as em.Feedback names them."""
     return np.array([_value(scene, state, name) for name in names])
 
 
-def _value(scene: Scene, state: Rows, name: str) -> float:
+def _value(scene: Scene, state: Floats, name: str) -> float:
     place, kind = _place(scene, name), _kind(name)
     if kind == "r":
         quaternion = state[place : place + 4]
@@ -180,7 +181,7 @@ def _value(scene: Scene, state: Rows, name: str) -> float:
     return float(state[place])
 
 
-def moved(scene: Scene, state: Rows, name: str, by: float) -> Rows:
+def moved(scene: Scene, state: Floats, name: str, by: float) -> Floats:
     """A state with an observed changed."""
     changed, place = np.array(state), _place(scene, name)
     if _kind(name) == "r":

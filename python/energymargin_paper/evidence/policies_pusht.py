@@ -15,7 +15,6 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin import regions
 from energymargin._core import (
@@ -29,13 +28,13 @@ from energymargin._core import (
     Scene,
     World,
 )
+from energymargin.base.aliases import Floats
 from energymargin.model.policies import Policy
 from energymargin_paper.evidence import policies_told
 from energymargin_paper.evidence.policies_told import Question, draw, questions as cases
 
 __all__ = ["TITLE", "cases", "draw", "lacks", "report", "run"]
 
-Rows = NDArray[np.float64]
 
 TITLE = "gym-pusht"
 ENVIRONMENT = "gym_pusht/PushT-v0"
@@ -59,7 +58,7 @@ STRENGTHS = (0.0, 10.0)  # N, standard deviation of a force along x and y, even 
 lacks = partial(policies_told.missing, "gym-pusht", "gym_pusht", "gym-pusht")
 
 
-def pushed(turn: float, agent: Rows, middle: Rows, angle: Rows) -> Rows:
+def pushed(turn: float, agent: Floats, middle: Floats, angle: Floats) -> Floats:
     """Targets of the agent at places (n, 2) of agent and T and angles of it (n,), shape (n, 2).
 
     Ahead along the T's axis, and aside to where the push turns that axis to the goal: `turn` px for
@@ -97,7 +96,7 @@ def _question(random: np.random.Generator) -> Question:
 run = partial(policies_told.answered, _question)
 
 
-def _forces(strength: float, random: np.random.Generator, pieces: int) -> Rows:
+def _forces(strength: float, random: np.random.Generator, pieces: int) -> Floats:
     """On the T, shape (pieces, 6)."""
     rows = np.zeros((pieces, 6))
     rows[:, :2] = strength * random.normal(size=(pieces, 2))
@@ -131,7 +130,7 @@ def _placed(env: Any, random: np.random.Generator) -> None:
     inner.space.reindex_shapes_for_body(inner.agent)
 
 
-def _places(env: Any) -> tuple[Rows, Rows, float]:
+def _places(env: Any) -> tuple[Floats, Floats, float]:
     """Agent, and centre of mass and angle of the T [px, rad]."""
     inner = env.unwrapped
     middle = inner.block.local_to_world(inner.block.center_of_gravity)
@@ -166,7 +165,7 @@ def scene_of() -> Scene:
     return scene
 
 
-def _state(env: Any, scene: Scene) -> Rows:
+def _state(env: Any, scene: Scene) -> Floats:
     agent, middle, angle = _places(env)
     velocity = np.array(env.unwrapped.agent.velocity)
     return np.asarray(
@@ -177,7 +176,7 @@ def _state(env: Any, scene: Scene) -> Rows:
     )
 
 
-def _played(env: Any, turn: float, forces: Rows) -> bool:
+def _played(env: Any, turn: float, forces: Floats) -> bool:
     """Whether the T stays before the agent there, looked at in each control step."""
     inner = env.unwrapped
     for step in range(AHEAD):
@@ -195,7 +194,7 @@ def in_the_loop(scene: Scene, turn: float) -> Policy:
     the target [px] and the agent's velocity [px/s]."""
     periods = round(CONTROL / SUBSTEP)
 
-    def act(states: Rows, memory: Rows | None, time: float) -> tuple[Rows, Rows]:
+    def act(states: Floats, memory: Floats | None, time: float) -> tuple[Floats, Floats]:
         assert memory is not None
         agent, middle, angle = _seen(scene, states)
         target, velocity = memory[:, :2], memory[:, 2:]
@@ -208,7 +207,7 @@ def in_the_loop(scene: Scene, turn: float) -> Policy:
     return Policy(act, period=SUBSTEP, command=command, memory=4, name="PushT")
 
 
-def _seen(scene: Scene, states: Rows) -> tuple[Rows, Rows, Rows]:
+def _seen(scene: Scene, states: Floats) -> tuple[Floats, Floats, Floats]:
     """Places of agent and T [px], (n, 2) each, and the T's angle (n,), in states (n, s)."""
     block, agent = states[:, scene.slice("T")], states[:, scene.slice("agent")]
     return agent[:, :2] / PIXEL, block[:, :2] / PIXEL, 2 * np.arctan2(block[:, 5], block[:, 6])

@@ -11,9 +11,9 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Plan, Problem, capture_probability
+from energymargin.base.aliases import Floats
 from energymargin.base.table_text import markdown_table
 from energymargin.records.evaluation.bootstrap import auc_ap, bootstrap_weights, intervals, ranked
 from energymargin_paper.evidence.calibration import calibration_error, reliability
@@ -27,8 +27,7 @@ DRAWS = 2000  # of the bootstrap, over questions
 FIRST = 10_000  # seed of the first question; those from 0 on were seen before
 LOOP, OPEN, FORCE = "the policy in the loop", "its plan", "the strength of the forces alone"
 
-Rows = NDArray[np.float64]
-Forces = Callable[[np.random.Generator, int], Rows]
+Forces = Callable[[np.random.Generator, int], Floats]
 """Draws so many pieces of forces on an object, shape (pieces, 6)."""
 
 
@@ -54,7 +53,7 @@ class Question(NamedTuple):
     forces: Forces
     strength: float
     """Of the forces [N]."""
-    stays: Callable[[Rows], bool]
+    stays: Callable[[Floats], bool]
     """Whether the object stays there, under forces that change each `duration` of the problem."""
 
 
@@ -70,7 +69,7 @@ def answered(
     one = question_of(random)
     asked = one.asked
 
-    def forced(random: np.random.Generator, times: Rows) -> Rows:
+    def forced(random: np.random.Generator, times: Floats) -> Floats:
         piece = np.floor(times / asked.duration + 1e-9).astype(int)
         return np.asarray(one.forces(random, int(piece[-1]) + 1)[piece])
 
@@ -91,7 +90,7 @@ def answered(
     return {**told, "stays": stays, "strength": one.strength}
 
 
-def _gathered(found: dict[str, Any], name: str) -> Rows:
+def _gathered(found: dict[str, Any], name: str) -> Floats:
     """A number of each question, shape (N,)."""
     return np.array([one[name] for one in found.values()], dtype=float)
 
@@ -110,7 +109,7 @@ def table(found: dict[str, Any]) -> str:
     return markdown_table(header, [*rows, [*alone[:2], "", *alone[3:5], ""]])
 
 
-def _row(name: str, told: Rows, stays: Rows) -> list[str]:
+def _row(name: str, told: Floats, stays: Floats) -> list[str]:
     counts = [name, str(len(stays)), f"{told.mean():.2f}", f"{stays.mean():.2f}"]
     if len(np.unique(stays)) < 2:
         return [*counts, "-", "-"]
@@ -121,7 +120,7 @@ def _row(name: str, told: Rows, stays: Rows) -> list[str]:
     return [*counts, f"**{auc:.3f}** {low:.3f} to {high:.3f}", _calibration(told, stays)]
 
 
-def _calibration(told: Rows, stays: Rows) -> str:
+def _calibration(told: Floats, stays: Floats) -> str:
     """With what a perfectly calibrated probability would have with so few questions, in the mean
     of draws: an error is never zero."""
     random = np.random.default_rng(0)

@@ -16,10 +16,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from energymargin import Box, Cancel, Scene, Surface, World
+from energymargin.base.aliases import Floats
 from energymargin.base.checks import not_negative_number, positive_number, whole_number
 from energymargin.base.table_text import csv_text, markdown_table
 from energymargin.model.scenes.mjcf_model import engine
@@ -36,8 +36,6 @@ ERRORS = {"position": 1e-3, "turn": np.deg2rad(1.0), "velocity": 0.03, "angular_
 ROUGH = 0.03  # of the coefficient of friction
 FACES = 6
 ENGINES = ("native", "MuJoCo", "MuJoCo, default")
-
-Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -65,10 +63,10 @@ class Settings:
 class Pose(NamedTuple):
     """Of the cube: position (3,) [m], orientation x, y, z, w, and its velocities."""
 
-    position: Vector
-    orientation: Vector
-    velocity: Vector
-    angular_velocity: Vector
+    position: Floats
+    orientation: Floats
+    velocity: Floats
+    angular_velocity: Floats
 
     def with_error(self, random: np.random.Generator) -> Pose:
         """With a draw of what is not known."""
@@ -112,7 +110,7 @@ def tosses(folder: str) -> list[Toss]:
     ]
 
 
-def face(orientation: Vector) -> int:
+def face(orientation: Floats) -> int:
     """The number of the face that looks up."""
     up = Rotation.from_quat(orientation).as_matrix()[2]
     axis = int(np.argmax(np.abs(up)))
@@ -260,7 +258,7 @@ class Tosses:
         yield f"{calibration_error(shares.ravel(), happened.ravel()):.3f}"
 
 
-def _shares(faces: list[int]) -> Vector:
+def _shares(faces: list[int]) -> Floats:
     """Probabilities of the faces, none of which is 0: one draw more is shared by all."""
     counts = np.bincount(faces, minlength=FACES)
     return np.asarray((counts + 1 / FACES) / (len(faces) + 1))

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from energymargin import tasks
 from energymargin._core import Plan, Problem, World
+from energymargin.base.aliases import Floats
 from energymargin.base.checks import numbers_of, one_of, positive_number, require, whole_number
 from energymargin.model.plans import control_period, nearest_steps, whole_steps
 from energymargin.tasks import balance, grasp, push, push_multi, scoop, topple
@@ -32,8 +33,6 @@ PATIENCE = 1.0  # s; pushes that succeed had their box outside for as long as th
 DPI = 100
 DETAIL = 80  # cells of the sets in a picture; a film needs no more
 WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -131,7 +130,7 @@ CHANNELS: dict[str, tuple[Channel, ...]] = {
 """By task, the channels of its environment."""
 
 
-class TaskEnv(gymnasium.Env[Array, Array]):
+class TaskEnv(gymnasium.Env[Floats, Floats]):
     """A task with a script, driven by an agent.
 
     The observation is the scene's state, shape (n,); `task.scene(params).unpack` reads it. The
@@ -147,9 +146,9 @@ class TaskEnv(gymnasium.Env[Array, Array]):
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"]}  # noqa: RUF012  (gymnasium's type)
     metadata["render_fps"] = round(1 / CONTROL_STEP)
-    state: Array
+    state: Floats
     """Where the scene is, shape (n,)."""
-    start: Array
+    start: Floats
     """Where it was at the start of the episode."""
     params: Params
     """What was drawn for this episode alone, such as the friction."""
@@ -161,7 +160,7 @@ class TaskEnv(gymnasium.Env[Array, Array]):
     """Steps of control."""
     _outside: float
     """Since an object was captured [s]."""
-    _seen: Array | None
+    _seen: Floats | None
     """States whose surroundings a picture shows."""
 
     def __init__(
@@ -216,13 +215,13 @@ class TaskEnv(gymnasium.Env[Array, Array]):
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Array, dict[str, Any]]:
+    ) -> tuple[Floats, dict[str, Any]]:
         """A new episode; its start and params are those of `task.rollout(seed)`. No options."""
         super().reset(seed=seed)
         self._begin(self.np_random)
         return self.state.copy(), self._info()
 
-    def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Floats) -> tuple[Floats, float, bool, bool, dict[str, Any]]:
         """Holds an action, clipped to its bounds, for a control step.
 
         Raises ValueError on an action of another shape, or with a number that is not finite.
@@ -241,7 +240,7 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         share = float(np.mean(self._inside(self._succeeded)))
         return self.state.copy(), share * (terminated or truncated), terminated, truncated, info
 
-    def nominal_action(self) -> Array:
+    def nominal_action(self) -> Floats:
         """What the task's script does in the next control step, on average."""
         return action_of(self._rows(), self.channels)
 
@@ -264,7 +263,7 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         return self.task.problem(self.state, self.params)
 
     def future(
-        self, horizon: float, action: Array | None = None, hold: float | None = None
+        self, horizon: float, action: Floats | None = None, hold: float | None = None
     ) -> Problem:
         """Does it stay captured over the next `horizon` [s]?
 
@@ -315,7 +314,7 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         self._done, self._actions = 0, 0
         self._outside, self._seen = 0.0, None
 
-    def _driven(self, state: Array, drive: Drive, steps: int) -> Array:
+    def _driven(self, state: Floats, drive: Drive, steps: int) -> Floats:
         """A state, and where so many steps of a drive take it, shape (2, n)."""
         drives: Any = {"drives": drive.wrenches, "targets": drive.targets}
         return np.array(self._world.simulate(state, steps, record=[0, steps], **drives).states)
@@ -330,7 +329,7 @@ class TaskEnv(gymnasium.Env[Array, Array]):
         end = nearest_steps((self._actions + 1) * self.control_step, self.task.step)
         return int(end) - self._done
 
-    def _checked(self, action: Array) -> Array:
+    def _checked(self, action: Floats) -> Floats:
         count = len(self.channels)
         numbers = numbers_of("action", action, f"{count} finite numbers", (count,))
         return np.asarray(np.clip(numbers, *self._bounds))
@@ -358,7 +357,7 @@ class ScriptedFuture:
     hold: float | None = None
     """For how long the action is held [s]; None: for a control step."""
 
-    def __call__(self, env: gymnasium.Env[Any, Any], action: Array | None = None) -> Problem:
+    def __call__(self, env: gymnasium.Env[Any, Any], action: Floats | None = None) -> Problem:
         """The problem of the state that the environment is in."""
         return task_env(env).future(self.horizon, action, self.hold)
 

@@ -25,10 +25,10 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from energymargin import Scene
+from energymargin.base.aliases import Floats
 from energymargin.base.reprs import Record
 
-Vector = NDArray[np.float64]
-FeaturesOf = Callable[[Vector], Vector]
+FeaturesOf = Callable[[Floats], Floats]
 """A function of states, shape (N, n), that returns their features, shape (N, F)."""
 
 OF_PAIR = ("x", "y", "z", "vx", "vy", "vz", "distance")
@@ -70,7 +70,7 @@ class Layout:
             *(f"{joint}.{what}" for joint in self.joints for what in ("position", "velocity")),
         )
 
-    def features(self, states: Vector) -> Vector:
+    def features(self, states: Floats) -> Floats:
         """Features, shape (N, F), of states, shape (N, n)."""
         bodies = {name: states[:, k : k + 13] for name, k in self.bodies.items()}
         columns = []
@@ -100,11 +100,11 @@ BINS = 10  # of the calibration error
 class Estimates(Record):
     """What a surrogate says of N states; of one state, each is a number."""
 
-    value: Vector
+    value: Floats
     """The score that rollouts or a search would find, shape (N,); NaN where it is refused."""
-    low: Vector
+    low: Floats
     """Lower end of the interval, shape (N,); NaN where it is refused."""
-    high: Vector
+    high: Floats
     """Upper end of the interval, shape (N,); NaN where it is refused."""
     refused: Mask
     """Whether the state is unlike those of the training, shape (N,)."""
@@ -139,15 +139,15 @@ class Model(Record):
     on fewer than 50 trajectories.
     """
 
-    features: Vector
+    features: Floats
     """Shape (N, F)."""
-    scores: Vector
+    scores: Floats
     """Finite, shape (N,)."""
     trajectory: NDArray[np.int64]
     """The trajectory of each state, shape (N,)."""
-    labels: Vector
+    labels: Floats
     """Whether a captured state stays so, 1 or 0; NaN where that is not known, shape (N,)."""
-    limits: Vector
+    limits: Floats
     """The least and the greatest score that there may be, shape (2,)."""
     monotone: NDArray[np.int64]
     """1 if the score never falls with a feature, -1 if it never rises, else 0, shape (F,)."""
@@ -178,7 +178,7 @@ class Model(Record):
         errors, unsure = np.abs(value - self.scores[rest]), self._is_unsure(value)
         self._widths = [conformal(errors[w], of[w], self.coverage) for w in (unsure, ~unsure)]
 
-    def __call__(self, features: Vector) -> Estimates:
+    def __call__(self, features: Floats) -> Estimates:
         """Estimates of N states by their features, shape (N, F)."""
         low, high = self._range
         known = ((features >= low) & (features <= high)).all(axis=1)  # not if one is no number
@@ -187,7 +187,7 @@ class Model(Record):
             value[known] = self.value(features[known])
         return Estimates(value, *self._interval(value), ~known)
 
-    def value(self, features: Vector) -> Vector:
+    def value(self, features: Floats) -> Floats:
         """The values of N states, shape (N,), refused ones too."""
         with self._threads.limit(limits=1, user_api="openmp"):  # a second one waits for a free core
             return np.asarray(self.trees.predict(features).clip(*self.limits))
@@ -208,17 +208,17 @@ class Model(Record):
         shares = map(float, (*aucs, calibration, inside, self(features).refused.mean()))
         return Quality(len(np.unique(of)), len(scores), *shares)
 
-    def _interval(self, value: Vector) -> tuple[Vector, Vector]:
+    def _interval(self, value: Floats) -> tuple[Floats, Floats]:
         """Lower and upper ends for values, shape (N,) each."""
         half = np.where(self._is_unsure(value), *self._widths)
         return (value - half).clip(*self.limits), (value + half).clip(*self.limits)
 
-    def _is_unsure(self, value: Vector) -> Mask:
+    def _is_unsure(self, value: Floats) -> Mask:
         """Whether values are not near a limit, where errors are smaller."""
         return np.asarray((value > self.limits[0] + SURE) & (value < self.limits[1] - SURE))
 
 
-def conformal(errors: Vector, trajectory: NDArray[np.int64], coverage: float) -> float:
+def conformal(errors: Floats, trajectory: NDArray[np.int64], coverage: float) -> float:
     """The error that a state of a new trajectory does not exceed with this probability; inf if
     there are too few trajectories to say so."""
     _, own, counts = np.unique(trajectory, return_inverse=True, return_counts=True)

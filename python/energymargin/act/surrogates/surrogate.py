@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from energymargin import Problem, tasks
-from energymargin.act.surrogates.model import Estimates, FeaturesOf, Layout, Model, Quality, Vector
+from energymargin.act.surrogates.model import Estimates, FeaturesOf, Layout, Model, Quality
+from energymargin.base.aliases import Floats
 from energymargin.base.checks import numbers_of, seed_number, share, shown
 from energymargin.base.metrics import is_likelihood
 from energymargin.base.replacing import replaced
@@ -30,7 +31,7 @@ from energymargin.store import Run
 from energymargin.summary import Summarized
 
 KEPT = ("metric", "names", "given", "coverage", "source", "facts")  # as JSON
-Params = Mapping[str, Vector]
+Params = Mapping[str, Floats]
 Facts = dict[str, Any]
 """Values of a problem by their places in its file, as "scene.bodies.object.mass"."""
 
@@ -209,9 +210,9 @@ class Surrogate(Summarized):
             raise ValueError(f"{path} is no surrogate that can be used: {text}") from error
 
 
-def _inputs(dataset: Dataset, *, timed: bool) -> tuple[Vector, dict[str, Vector]]:
+def _inputs(dataset: Dataset, *, timed: bool) -> tuple[Floats, dict[str, Floats]]:
     """All states, (N, n), and by name the parameters that differ and the time, (N,) each."""
-    states, columns = [], list[dict[str, Vector]]()
+    states, columns = [], list[dict[str, Floats]]()
     for each in dataset.trajectories:
         states.append(np.asarray(each.states))
         own = {name: np.full(len(each), value) for name, value in each.params.items()}
@@ -220,7 +221,7 @@ def _inputs(dataset: Dataset, *, timed: bool) -> tuple[Vector, dict[str, Vector]
     return np.concatenate(states), {n: v for n, v in params.items() if np.ptp(v) > 0}
 
 
-def _table(features_of: FeaturesOf, states: Vector, count: int, params: Params) -> Vector:
+def _table(features_of: FeaturesOf, states: Floats, count: int, params: Params) -> Floats:
     """Features and params of states, shape (N, F), `count` in all."""
     expected = (len(states), count - len(params))
     found = numbers_of("features", features_of(states), f"numbers of shape {expected}", expected)

@@ -16,7 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from energymargin._core import Problem, World
-from energymargin.base.checks import Numbers, check_type, seed_number, whole_number
+from energymargin.base.aliases import Floats
+from energymargin.base.checks import check_type, seed_number, whole_number
 from energymargin.base.plausibility import kept_warnings
 from energymargin.base.reprs import Record
 from energymargin.model.beliefs.uncertainty import ERRORS, VALUES, Source, Uncertainty
@@ -33,7 +34,7 @@ BLOCK = 1024  # points that are made at a time, a power of 2
 HALF_STEP = 2.0**-31  # of the Sobol points, whose least is 0
 OPEN = (HALF_STEP, 1 - HALF_STEP)  # the ends of the unit interval: no quantile is infinite
 
-Question = Callable[[Numbers], Problem]
+Question = Callable[[Floats], Problem]
 
 
 class Drawn(NamedTuple):
@@ -42,7 +43,7 @@ class Drawn(NamedTuple):
     problem: Problem
     moved: bool
     """Whether its bodies were moved apart."""
-    point: Numbers
+    point: Floats
     """Where it was drawn in the unit cube, shape (D,)."""
 
 
@@ -52,7 +53,7 @@ class Particles(Record):
 
     problems: list[Problem]
     """Each with one draw."""
-    points: Numbers
+    points: Floats
     """Where each was drawn in the unit cube, shape (N, D)."""
     sources: list[Source]
     """What was drawn; their inputs are the D columns of `points`."""
@@ -77,7 +78,7 @@ class Particles(Record):
         """So many of them; `separated` and `redrawn` stay those of all."""
         return replace(self, problems=self.problems[:count], points=self.points[:count])
 
-    def values(self, source: Source) -> Numbers:
+    def values(self, source: Source) -> Floats:
         """What was drawn of a source: friction or mass, (N, 1); errors of a pose or velocity, (N,
         6), before bodies were moved apart."""
         before = list(takewhile(lambda one: one is not source, self.sources))
@@ -163,7 +164,7 @@ class Belief:
         """D, the independent numbers behind a draw."""
         return sum(len(source.inputs) for source in self.sources)
 
-    def particle(self, point: Numbers) -> tuple[Problem, bool] | None:
+    def particle(self, point: Floats) -> tuple[Problem, bool] | None:
         """The problem at a point of the open unit cube, shape (D,), and whether its bodies were
         moved apart; None if the draw cannot be."""
         return self._made([values[0] for values in self._values(point[None])])
@@ -182,7 +183,7 @@ class Belief:
             raise ValueError("the mean of the belief has no place, expected smaller errors")
         return found[0]
 
-    def _values(self, points: Numbers) -> list[Numbers]:
+    def _values(self, points: Floats) -> list[Floats]:
         """Values of each source at points of the unit cube, shape (N, D)."""
         ends = np.cumsum([len(source.inputs) for source in self.sources])
         columns = np.split(points, ends[:-1], axis=1) if self.sources else []
@@ -192,7 +193,7 @@ class Belief:
     def _place(self) -> _Place:
         return _Place(self.problem, self.sources)
 
-    def _made(self, draws: list[Numbers]) -> tuple[Problem, bool] | None:
+    def _made(self, draws: list[Floats]) -> tuple[Problem, bool] | None:
         """The problem with a draw of each source, as `particle`."""
         state = np.array(self.problem.state)
         changes: list[tuple[Source, float]] = []
@@ -209,7 +210,7 @@ class Belief:
         return _with_changes(self._question(found[0]), changes), found[1]
 
 
-def _points(dimension: int, count: int, seed: int) -> Iterator[Numbers]:
+def _points(dimension: int, count: int, seed: int) -> Iterator[Floats]:
     """Points of a scrambled Sobol sequence in the open unit cube, each (D,), without end."""
     seed = seed_number(seed)
     if dimension == 0:
@@ -244,7 +245,7 @@ class _Place:
             smallest = min(float(np.ptp(part, axis=0).min()) / 2 for part in corners)
             self._most = max(self._overlap(problem.state), LEFT * smallest)
 
-    def of(self, state: Numbers) -> tuple[Numbers, bool] | None:
+    def of(self, state: Floats) -> tuple[Floats, bool] | None:
         """The state, or another in which its bodies are apart, and whether it is another; None if
         they find no place."""
         if not self._bodies or self._overlap(state) <= self._most:
@@ -256,14 +257,14 @@ class _Place:
             return None
         return (moved, True) if self._overlap(moved) <= self._most else None
 
-    def _overlap(self, state: Numbers) -> float:
+    def _overlap(self, state: Floats) -> float:
         """The deepest that one of the bodies has [m]."""
         own = set(self._bodies)
         contacts = self._world.contacts(state)
         return max([0.0, *(-c.distance for c in contacts if own & {c.body_a, c.body_b})])
 
 
-def _add_error(body: Numbers, quantity: str, error: Numbers) -> None:
+def _add_error(body: Floats, quantity: str, error: Floats) -> None:
     """To a body's part of a state, which is changed."""
     if quantity == "velocity":
         body[7:13] += error

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from energymargin._core import Body, Scene
-from energymargin.base.checks import Numbers, not_negative_number, numbers_of, shown
+from energymargin.base.aliases import Floats
+from energymargin.base.checks import not_negative_number, numbers_of, shown
 from energymargin.model.engines import Engine
 from energymargin.model.scenes.overlaps import require_untied
 
@@ -28,7 +29,7 @@ AXES = {
 }
 SYMMETRIC = 1e-9  # of a covariance, as a share of its largest entry
 
-Quantiles = Callable[[Numbers], Numbers]
+Quantiles = Callable[[Floats], Floats]
 """From numbers of the open unit interval, shape (N,), to values."""
 
 
@@ -41,7 +42,7 @@ class Source:
     body: str
     inputs: tuple[str, ...]
     """The independent numbers behind it, D of them, as "x"; of a covariance its principal axes."""
-    values: Callable[[Numbers], Numbers]
+    values: Callable[[Floats], Floats]
     """From points of the unit cube, shape (N, D), to values (N, 1), or of a pose or a velocity to
     errors (N, 6)."""
     given: Any = None
@@ -213,7 +214,7 @@ def is_covariance(value: Any) -> bool:
     return isinstance(value, Sequence) and len(value) > 0 and isinstance(value[0], Sequence)
 
 
-def covariance_root(place: str, value: ArrayLike) -> Numbers:
+def covariance_root(place: str, value: ArrayLike) -> Floats:
     """A square root of the matrix, (6, D): its principal axes, each as long as its deviation."""
     matrix = numbers_of(place, value, "a covariance (6, 6) of finite numbers", (6, 6))
     most = SYMMETRIC * np.abs(matrix).max()
@@ -308,7 +309,7 @@ def _of_columns(
     """A source of independent numbers; those that are known exactly take no input."""
     drawn = [(k, name, of) for k, (name, of) in enumerate(columns.items()) if of is not None]
 
-    def values(u: Numbers) -> Numbers:
+    def values(u: Floats) -> Floats:
         found = np.zeros((len(u), len(columns)))
         for column, (k, _, of) in enumerate(drawn):
             found[:, k] = of(u[:, column])
@@ -330,7 +331,7 @@ def _quantiles(place: str, value: Any, center: float) -> Quantiles | None:
     return (lambda u: center + deviation * standard_normal(u)) if deviation else None
 
 
-def standard_normal(u: Numbers) -> Numbers:
+def standard_normal(u: Floats) -> Floats:
     """Its quantiles at numbers of the open unit interval."""
     from scipy.special import ndtri
 

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from trimesh import Trimesh
 from trimesh.util import append_faces
 
-from energymargin.base.checks import Numbers
+from energymargin.base.aliases import Floats
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import warn
 
-Points = Numbers
+Points = Floats
 Faces = NDArray[np.int64]
 
 SAME = 1e-6  # share of its size and volume by which a surface that is there twice may differ

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from energymargin._core import Compound, Scene, World
-from energymargin.base.checks import Numbers
+from energymargin.base.aliases import Floats
 from energymargin.base.errors import EnergyMarginError
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import warn
@@ -249,7 +249,7 @@ def check_names(
                 raise ValueError(f"the scene has a {what} {name!r}; prefix=... gives other names")
 
 
-def _overlaps(world: World, state: Numbers | None = None) -> dict[Pair, float]:
+def _overlaps(world: World, state: Floats | None = None) -> dict[Pair, float]:
     """How deep [m] links overlap each other, or fixed bodies, in a state, by default the start.
 
     What moves apart from a link, as an object in a gripper, touches it: that is a contact.
@@ -274,7 +274,7 @@ def _always(world: World, pairs: Iterable[Pair], limit: Limit) -> set[Pair]:
     return left
 
 
-def _poses(robot: Scene, limit: Limit) -> Iterator[Numbers]:
+def _poses(robot: Scene, limit: Limit) -> Iterator[Floats]:
     """States, each of shape (n,), with the robot's joints at random within their limits."""
     random = np.random.default_rng(0)
     moving = [j for j in robot.joints if j.type != "fixed" and j.mimic is None and not j.held]

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from energymargin._core import Box, Capsule, Compound, ConvexHull, Cylinder, Sphere
-from energymargin.base.checks import Numbers
+from energymargin.base.aliases import Floats
 from energymargin.model.scenes.poses import pose
 
 ROUND = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)  # rad, corners of a circle
@@ -17,7 +17,7 @@ BALL = np.concatenate([CIRCLE * np.cos(a) + [0.0, 0.0, np.sin(a)] for a in LATIT
 SIGNS = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
 
 
-def shape_parts(shape: Any) -> list[Numbers]:
+def shape_parts(shape: Any) -> list[Floats]:
     """The corners of each convex part of a shape, in the shape's frame; arrays (N, 3)."""
     if not isinstance(shape, Compound):
         return [shape_corners(shape)]
@@ -25,7 +25,7 @@ def shape_parts(shape: Any) -> list[Numbers]:
     return [shape_corners(solid) @ at[:3, :3].T + at[:3, 3] for solid, at in placed]
 
 
-def shape_corners(shape: Any) -> Numbers:
+def shape_corners(shape: Any) -> Floats:
     """Points whose convex hull is the shape, or nearly so if it is round; shape (N, 3)."""
     if isinstance(shape, Box):
         return np.asarray(SIGNS * np.asarray(shape.size) / 2)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from energymargin._core import Box, Capsule, Compound, ConvexHull, Cylinder, Inertial, Part, Sphere
-from energymargin.base.checks import Numbers
+from energymargin.base.aliases import Floats
 from energymargin.base.limits import Limit
 from energymargin.model.scenes import mjcf_model, reports
 from energymargin.model.scenes.additions import GYRATION, NEGLIGIBLE, Additions
@@ -32,7 +32,7 @@ class Builder:
     """By body, where it is not "none"."""
     base: Pose
     """Name of the subtree's root, or of the world."""
-    gravity: Numbers
+    gravity: Floats
     prefix: str
     limit: Limit
 
@@ -295,7 +295,7 @@ Solid = Box | Sphere | Cylinder | Capsule | ConvexHull
 
 
 # By MuJoCo's geom, from its size (3,).
-SOLIDS: Mapping[str, Callable[[Numbers], Solid]] = {
+SOLIDS: Mapping[str, Callable[[Floats], Solid]] = {
     "box": lambda size: Box(2 * size),
     "sphere": lambda size: Sphere(size[0]),
     "capsule": lambda size: Capsule(size[0], 2 * size[1]),
@@ -334,17 +334,17 @@ def _solid(model: Any, geom: int) -> Solid:
         raise ValueError(f"geom {name_of(model, 'geom', geom)!r}: {error}") from error
 
 
-def _even_directions(count: int) -> Numbers:
+def _even_directions(count: int) -> Floats:
     """Unit vectors (count, 3) along a spiral from pole to pole."""
     z = 1 - (2 * np.arange(count) + 1) / count
     turns, radius = GOLDEN_ANGLE * np.arange(count), np.sqrt(1 - z * z)
     return np.stack([radius * np.cos(turns), radius * np.sin(turns), z], axis=1)
 
 
-def _hull(model: Any, mesh: int) -> Numbers:
+def _hull(model: Any, mesh: int) -> Floats:
     """The corners (n, 3) of the convex hull that MuJoCo collides, in the geom's frame."""
     first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
-    points: Numbers = np.asarray(model.mesh_vert[first : first + count], float)
+    points: Floats = np.asarray(model.mesh_vert[first : first + count], float)
     graph = model.mesh_graphadr[mesh]
     if graph < 0:
         return points

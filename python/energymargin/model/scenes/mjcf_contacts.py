@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Surface
-from energymargin.base.checks import Numbers
+from energymargin.base.aliases import Floats
 from energymargin.model.scenes.mjcf_model import Features, Selection, disabled, word
 
 DIMENSIONS = np.array([2, 4, 6])  # of contacts that slide, twist, roll with friction
@@ -96,7 +96,7 @@ class Contacts:
         ends = zip(self._model.pair_geom1, self._model.pair_geom2, strict=True)
         return [i for i, (a, b) in enumerate(ends) if int(a) in own and int(b) in own]
 
-    def _table(self) -> Numbers:
+    def _table(self) -> Floats:
         """Coefficients by two geoms, symmetric; NaN where they do not collide."""
         model, own = self._model, np.asarray(self.geoms, int)
         table = np.full((own.size, own.size, 3), np.nan)
@@ -129,7 +129,7 @@ class Contacts:
             meet &= ~(pair | pair.T)
         return meet
 
-    def _mixed(self, own: NDArray[np.int64]) -> Numbers:
+    def _mixed(self, own: NDArray[np.int64]) -> Floats:
         """The larger coefficients of two geoms, or those of the higher priority."""
         priority = self._model.geom_priority[own]
         values = np.c_[self._model.geom_friction[own], self._dimensions[own]]
@@ -152,6 +152,6 @@ class Contacts:
             yield Group(body, tuple(geoms), friction)
 
 
-def _rough(friction: Any, dimensions: Any) -> Numbers:
+def _rough(friction: Any, dimensions: Any) -> Floats:
     """Sliding, torsional and rolling friction (..., 3), without those that contacts do not have."""
     return np.where(np.asarray(dimensions)[..., None] >= DIMENSIONS, friction, 0.0)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from energymargin.base.checks import Numbers
+from energymargin.base.aliases import Floats
 from energymargin.model.scenes import mjcf_model
 from energymargin.model.scenes.mjcf_model import Selection, disabled, name_of, word
 from energymargin.model.scenes.poses import Pose
@@ -218,5 +218,5 @@ def _frames(model: Any, equality: int, kind: str) -> list[Pose]:
     return [mjcf_model.local_pose(data[3:6], data[6:10]), _at(data[:3])]
 
 
-def _at(point: Numbers) -> Pose:
+def _at(point: Floats) -> Pose:
     return mjcf_model.local_pose(point, (1.0, 0.0, 0.0, 0.0))

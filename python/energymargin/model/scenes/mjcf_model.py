@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from energymargin.base.checks import Numbers, check_type
+from energymargin.base.aliases import Floats
+from energymargin.base.checks import check_type
 from energymargin.base.errors import needs_extra
 from energymargin.base.plausibility import warn
 from energymargin.base.reprs import Record
@@ -115,15 +116,15 @@ def local_pose(position: Any, quaternion: Any) -> Pose:
 class ModelStart(Record):
     """Where a model is when its scene begins."""
 
-    positions: Numbers
+    positions: Floats
     """MuJoCo's qpos (nq,)."""
-    velocities: Numbers
+    velocities: Floats
     """MuJoCo's qvel (nv,)."""
-    control: Numbers
+    control: Floats
     """MuJoCo's ctrl, within the actuators' ranges."""
     poses: list[Pose]
     """Poses of the bodies in the world."""
-    twists: Numbers
+    twists: Floats
     """Angular and linear velocity of the bodies' frames along the world's axes, (nbody, 6)."""
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from energymargin._core import Contact, Scene, World
-from energymargin.base.checks import Numbers
+from energymargin.base.aliases import Floats
 
 TOUCHING = 1e-3  # what is left of an overlap, as a share of the deepest one
 ROUNDS = 100
@@ -20,7 +20,7 @@ def moved_apart(
     bodies: Sequence[str],
     *,
     directions: Sequence[float] = (1.0, 1.0, 0.0),
-) -> Numbers:
+) -> Floats:
     """The state, shape (n,), with each of `bodies` moved until it only touches what it overlapped.
 
     Each moves along the normal of its deepest contact, by that contact's depth, again and again;
@@ -59,7 +59,7 @@ def require_untied(scene: Scene, name: str, body: str) -> None:
         raise ValueError(f"{wrong}, expected one that can be elsewhere alone")
 
 
-def _way_out(contact: Contact, bodies: Sequence[str], free: Numbers) -> tuple[str, Numbers] | None:
+def _way_out(contact: Contact, bodies: Sequence[str], free: Floats) -> tuple[str, Floats] | None:
     """The body that a contact moves, and its way (3,) [m] along the normal."""
     involved = [body for body in bodies if body in (contact.body_a, contact.body_b)]
     normal = free * contact.normal

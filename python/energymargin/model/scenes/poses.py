@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from energymargin._core import Compound, Inertial, MassProperties, Part, Scene, mass_properties
-from energymargin.base.checks import Numbers, numbers_of
+from energymargin.base.aliases import Floats
+from energymargin.base.checks import numbers_of
 
-Pose = Numbers
+Pose = Floats
 """A matrix, shape (4, 4), that takes points of the inner frame to the outer one."""
 
 
@@ -38,7 +39,7 @@ def from_rpy(xyz: Sequence[float], rpy: Sequence[float]) -> Pose:
     return matrix + 0.0  # no -0
 
 
-def place(matrix: Pose) -> dict[str, Numbers]:
+def place(matrix: Pose) -> dict[str, Floats]:
     """The keywords position (3,) and orientation (4,) of a pose."""
     return {"position": matrix[:3, 3], "orientation": _quaternion(matrix[:3, :3])}
 
@@ -76,13 +77,13 @@ def together(compounds: Sequence[Compound]) -> Compound:
     return Compound(parts, solid=MassProperties(volume, center, whole.moments, whole.axes))
 
 
-def tensor(moments: ArrayLike, axes: ArrayLike) -> Numbers:
+def tensor(moments: ArrayLike, axes: ArrayLike) -> Floats:
     """The inertia (3, 3) of principal moments (3,) about axes, a quaternion x, y, z, w."""
     turn = pose((0.0, 0.0, 0.0), axes)[:3, :3]
     return np.asarray(turn @ np.diag(moments) @ turn.T)
 
 
-def of_point(mass: float, arm: Numbers) -> Numbers:
+def of_point(mass: float, arm: Floats) -> Floats:
     """The inertia (3, 3) of a mass at a point (3,), about the origin: the parallel axis theorem."""
     return np.asarray(mass * (arm @ arm * np.eye(3) - np.outer(arm, arm)))
 
@@ -90,7 +91,7 @@ def of_point(mass: float, arm: Numbers) -> Numbers:
 # Of scipy, to its last bit; to import that takes longer than to make and to score a hand.
 
 
-def _turn(quaternion: Numbers) -> Numbers:
+def _turn(quaternion: Floats) -> Floats:
     """The matrix (3, 3) of a quaternion x, y, z, w."""
     x, y, z, w = quaternion / _norm(quaternion)
     xx, yy, zz, ww = x * x, y * y, z * z, w * w
@@ -103,7 +104,7 @@ def _turn(quaternion: Numbers) -> Numbers:
     )
 
 
-def _quaternion(turn: Numbers) -> Numbers:
+def _quaternion(turn: Floats) -> Floats:
     """x, y, z, w of a matrix (3, 3), by the largest of the four (Shepperd 1978). Of q and -q it is
     the one in which the first of w, x, y, z that is not 0 is above 0."""
     m = turn
@@ -123,12 +124,12 @@ def _quaternion(turn: Numbers) -> Numbers:
     return -quaternion if next(number for number in (w, x, y, z) if number != 0) < 0 else quaternion
 
 
-def _norm(quaternion: Numbers) -> float:
+def _norm(quaternion: Floats) -> float:
     x, y, z, w = quaternion
     return float(np.sqrt(x * x + y * y + z * z + w * w))
 
 
-def body_poses(scene: Scene, state: ArrayLike) -> dict[str, tuple[Numbers, Numbers]]:
+def body_poses(scene: Scene, state: ArrayLike) -> dict[str, tuple[Floats, Floats]]:
     """By body of a scene its position [m] and unit quaternion x, y, z, w in a state, shape (n,)."""
     moving = scene.unpack(state)
     return {

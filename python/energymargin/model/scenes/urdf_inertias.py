@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from energymargin._core import LEAST_GYRATION, MOST_GYRATION, Inertial, mass_properties
-from energymargin.base.checks import Numbers
+from energymargin.base.aliases import Floats
 from energymargin.base.plausibility import warn
 from energymargin.model.scenes.additions import GYRATION, FileMistakes
 from energymargin.model.scenes.corners import shape_parts
@@ -90,7 +90,7 @@ def warn_of_links(path: Path, robot: Robot, bodies: Mapping[str, Mapping[str, An
     warn(texts, f"{path} {found}")
 
 
-def _of_masses(bodies: Mapping[str, Mapping[str, Any]], points: Mapping[str, Numbers]) -> Found:
+def _of_masses(bodies: Mapping[str, Mapping[str, Any]], points: Mapping[str, Floats]) -> Found:
     for name, body in bodies.items():
         inertial, mass = body.get("inertial"), body["mass"]
         if inertial is None or not len(points[name]):
@@ -127,11 +127,11 @@ def _of_other_axes(shape: Any, mass: float, inertial: Inertial) -> str:
     return ORIGIN if _difference(own, moved) < SAME else ""
 
 
-def _difference(own: Numbers, expected: Numbers) -> float:
+def _difference(own: Floats, expected: Floats) -> float:
     return float(np.linalg.norm(own - expected) / np.linalg.norm(expected))
 
 
-def _of_places(robot: Robot, points: Mapping[str, Numbers]) -> Found:
+def _of_places(robot: Robot, points: Mapping[str, Floats]) -> Found:
     """Links that are far from those they hang on, with all joints at 0."""
     for joint in robot.joints.values():
         child, parent = points[joint.child], points[joint.parent]

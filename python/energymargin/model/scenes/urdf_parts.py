@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from energymargin._core import Box, Cylinder, Mimic, Sphere, Surface
-from energymargin.base.checks import Numbers
+from energymargin.base.aliases import Floats
 from energymargin.base.plausibility import warn
 from energymargin.model.scenes import additions
 from energymargin.model.scenes.additions import Control, FileMistakes
@@ -161,7 +161,7 @@ def _number(element: ET.Element | None, name: str, default: float) -> float:
     return _numbers(element, name, (default,))[0]
 
 
-def _inertia(element: ET.Element | None) -> Numbers | None:
+def _inertia(element: ET.Element | None) -> Floats | None:
     """Matrix (3, 3)."""
     if element is None:
         return None
