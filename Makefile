@@ -2,6 +2,7 @@
 # make test   tests, C++ and Python      make check-all   the long ones: studies, tutorials, kills; C++ again with
 #                                                         sanitizers, a short fuzz, and the pages
 # make check  formats, spelling, types make format  put them right
+# make tidy   what clang-tidy finds in the C++ of the library and the bindings, by .clang-tidy: three minutes
 # make docs   this project's pages, into build/docs/index.html
 # make bench  speed, into out/speed.md   make bench-scale   millions of states, into out/scale.md: some twenty minutes, or less with
 #                                                           BENCH='--parts throughput,cost' or --quick
@@ -49,7 +50,7 @@ SLOW := ^Planner/Fixture|SharpDistance.OfSolidsThatOverlap|ProblemSchema.KeyThat
 PYTHON_TAG := $(shell $(PYTHON) -c 'import sys; print("cp%d%d" % sys.version_info[:2])')
 WHEEL := $(if $(shell command -v g++),,$(lastword $(sort $(wildcard dist/energymargin-*-$(PYTHON_TAG)-*.whl))))
 
-.PHONY: demo test check-all docs sanitize fuzz bench bench-versions bench-scale bench-monitor bench-contact check format stubs schema three wheel sdist deb clean
+.PHONY: demo test check-all docs sanitize fuzz bench bench-versions bench-scale bench-monitor bench-contact check tidy format stubs schema three wheel sdist deb clean
 .DELETE_ON_ERROR:
 
 demo: $(if $(WHEEL),.venv/wheel,.venv/built)
@@ -107,6 +108,11 @@ check: .venv/built
 	$(BIN)/mypy
 	$(BIN)/mypy python/bench/*.py tools/*.py
 	$(BIN)/clang-format --dry-run --Werror $$(git ls-files '*.hpp' '*.cpp')
+
+tidy: .venv/built
+	@$(BIN)/python -m pip install -q 'clang-tidy>=20'
+	find build/cpp/src build/cpp/bindings cpp/bindings -name '*.cxx' -o -path 'cpp/bindings/*.cpp' | xargs -n 1 -P 2 \
+	  $(BIN)/clang-tidy -p build --quiet --extra-arg=-Wno-unknown-warning-option --extra-arg=-Wno-deprecated-declarations
 
 format: .venv/built
 	$(BIN)/ruff check --fix
