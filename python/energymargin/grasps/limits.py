@@ -131,7 +131,7 @@ def limits(
     return GraspLimits(grasps, of_grasps, errors)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Question:
     """What is asked of each grasp."""
 
