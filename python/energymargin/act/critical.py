@@ -211,7 +211,7 @@ def one_after_the_other(
     Raises TimeoutError or Cancelled if that is the first.
     """
     found: list[CriticalValue] = []
-    tell = progress or (lambda done, total: None)
+    tell = (lambda done, total: None) if progress is None else progress
     for problem_of, name, ends, unit in searches:
         n = sum(one.rollouts for one in found)
         given: dict[str, Any] = {**asked, **limit.rest(), "unit": unit}

@@ -23,7 +23,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 
 from energymargin import disturbances
 from energymargin._core import Cancel, Cancelled, Problem
@@ -98,6 +97,8 @@ class Question:
         many tell."""
         if not self.is_effort:
             return draws.interval()
+        from scipy import stats
+
         count, ordered = len(draws.kept), np.sort(draws.kept).tolist()
         first = max(int(stats.binom.ppf((1.0 - OF_INTERVALS) / 2, count, 0.5)) - 1, 0)
         return ordered[first], ordered[count - 1 - first]
@@ -197,6 +198,8 @@ class Draws(Record):
 
     def interval(self, confidence: float = OF_INTERVALS) -> tuple[float, float]:
         """(low, high) of the probability whose draws they are (Clopper and Pearson)."""
+        from scipy import stats
+
         test = stats.binomtest(round(float(self.kept.sum())), len(self.kept))
         found = test.proportion_ci(confidence)
         return float(found.low), float(found.high)

@@ -293,7 +293,7 @@ class Race:
     ) -> Ranking:
         """The race to its end, `most` draws of each candidate, or to the limit; other arguments and
         errors as of `rank`."""
-        tell = progress or (lambda done, total: None)
+        tell = (lambda done, total: None) if progress is None else progress
         for wanted in looks(most):
             if not (complete := self.draw(wanted, trials, limit)):
                 break

@@ -169,7 +169,8 @@ def each_name(given: str | Iterable[str]) -> tuple[str, ...]:
 
 def names_of(name: str, value: Sequence[str]) -> Sequence[str]:
     """`value`, if it is no single name; else a ValueError with `name`."""
-    require(not isinstance(value, str), name, value, f"a list of names: [{value!r}]")
+    if isinstance(value, str):
+        require(False, name, value, f"a list of names: [{value!r}]")
     return value
 
 

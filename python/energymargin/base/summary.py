@@ -151,8 +151,10 @@ def summary(result: Any) -> Summary:
     if made is None:
         raise ValueError(f"result is a {type(result).__name__}, which has no summary")
     found: Summary = made(result)
-    complete = getattr(result, "complete", True)
-    return found if complete else replace(found, notes=[*found.notes, UNFINISHED])
+    told = getattr(result, "complete", True) or any(
+        re.search("stopped|not scored", note) for note in found.notes
+    )
+    return found if told else replace(found, notes=[*found.notes, UNFINISHED])
 
 
 def html_or_text(self: Any) -> str:

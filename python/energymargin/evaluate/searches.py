@@ -52,22 +52,34 @@ class SearchSettings:
     """Nodes of each search tree."""
     seed: int = setting(0, "The same seed gives the same numbers, to the last bit.")
     """Each problem has a stream of its own: the tree of problem i has the seed stream(seed, i)."""
-    nodes_per_edge: int = setting(1, "Capture, success: most nodes of a rollout; more are faster.")
+    nodes_per_edge: int = setting(
+        1,
+        "Capture and success: the most states of a rollout that are nodes. More of them take "
+        "fewer rollouts.",
+    )
     """Most nodes of a rollout in the trees of capture and success, as in `capture_score`."""
     least_likelihood: float = setting(
-        0.0, "Capture, success: a rollout ends at this share of the root's likelihood."
+        0.0,
+        "Capture and success: a rollout ends where its likelihood falls to this share of the "
+        "root's.",
     )
     """Likelihood at which a rollout ends, as a share of the root's, as in `capture_score`."""
-    stop_at_escape: bool = setting(False, "Efforts: a rollout ends where it is seen to have left.")
+    stop_at_escape: bool = setting(
+        False, "Efforts: a rollout ends where it is seen outside of the capture set."
+    )
     """Whether rollouts of the efforts end at an escape, as in `escape_effort`."""
     rollouts: int = setting(30, "Rollouts of each probability: more make its interval narrower.")
     """Rollouts of each probability, as in `capture_probability`."""
-    strength: float = setting(1.0, "Disturbance, as a share of the task's bounds.", shown="1")
+    strength: float = setting(
+        1.0, "Strength of the probabilities' disturbance, a share of the task's bounds.", shown="1"
+    )
     """Strength of the disturbance of the probabilities, as in `em.disturbances.Uniform`."""
     objects: int | None = setting(None, "Objects that are disturbed at a time; all if not given.")
     """Number of objects that the disturbance meets at a time; None: all."""
     common_random_numbers: bool = setting(
-        False, "All states meet the same disturbances, to be compared.", flag="--common"
+        False,
+        "All states meet the same disturbances (common random numbers), to be compared.",
+        flag="--common",
     )
     """Whether every problem draws the disturbances of its probability from the seed itself, and not
     from its own stream, so that problems are compared under the same disturbances."""

@@ -123,7 +123,9 @@ class ParallelGripper(Hand):
             checks.not_negative_number(name, getattr(self, name))
         if self.pads is not None:
             checks.check_type("pads", self.pads, Pad, "an em.Pad, or None")
-        require(self.opening <= 1, "opening", self.opening, "at most 1 m: lengths are in metres")
+        metres = f"{self.opening:g} m, expected at most 1 m: lengths are in metres"
+        if self.opening > 1:
+            raise ValueError(f"opening is {metres}")
 
     @property
     def closing(self) -> float:  # type: ignore[override]

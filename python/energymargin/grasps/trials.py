@@ -158,14 +158,16 @@ class GraspTrials:
         self.scene(wide or np.nan, self.draw(-1), gravity=False)
         self.scene(np.nan, self.draw(0), gravity=False)
         size = float(np.ptp(self.object.corners, axis=0).max())
-        way = "a mesh in mm needs scale=0.001"
+        way = "mesh in mm needs scale=0.001"
         if size > LARGEST:
-            raise ValueError(f"object is {size:.3g} m large, expected at most {LARGEST:g} m: {way}")
+            raise ValueError(
+                f"object is {size:.3g} m large, expected at most {LARGEST:g} m: a {way}"
+            )
         center = np.append(self.object.center, 1.0)
         away = np.linalg.norm((np.linalg.inv(grasps.poses) @ center)[:, :3], axis=1)
         if (far := float(np.median(away))) > FAR * size + REACH:
             said = f"grasps are {far:.3g} m from the object's centre of mass in the median"
-            large = f"and the object is {size:.3g} m large: poses in another frame or unit?"
+            large = f"and the object is {size:.3g} m large: poses in another frame or unit? A"
             world = "poses in a world's frame need object= of em.grasps.read"
             raise ValueError(f"{said}, {large} {way}; {world}")
 

@@ -36,6 +36,8 @@ class Room:
         self._world, self._frame = World(scene), frame_of(scene)
         self._shapes = {one.name: one.shape for one in scene.bodies}
         self._others = [name for name in self._shapes if name != body]
+        if not self._others:
+            raise ValueError(f"scene has no body but {body!r}, expected a support beside it")
 
     def state(self, pose: Floats, lift: Floats) -> Floats:
         """The state with the body at a pose (4, 4), lifted by (3,), at rest."""

@@ -130,7 +130,7 @@ def stack_robustness(
     boxes.require_contacts(scene, "stack_robustness is asked")
     pushing = Pushes(scene, start, limit)
     free = [body for body in objects if body in pushing.names]
-    asked = free if bodies is None else checks.names_of("bodies", bodies)
+    asked = free if bodies is None else list(checks.names_of("bodies", bodies))
     for body in asked:
         checks.one_of("bodies", body, pushing.names)
     place = checks.positive_number("radius", radius), checks.positive_number("angle", angle)

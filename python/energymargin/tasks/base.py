@@ -25,8 +25,6 @@ Params = Mapping[str, float]
 """What was drawn for one trajectory alone, by name."""
 NONE_DRAWN: Params = MappingProxyType({})
 
-"""An array of numbers, such as a state, shape (n,)."""
-
 Regions = Region | dict[str, Region]
 """A set of states, or the set of each object by its name. With several objects there are two kinds
 of labels: whether all of them are captured, and whether at least one is."""

@@ -70,9 +70,14 @@ class QuestionTask(ScriptedTask):
         last = self._last
         if last is None or last[0] != known:  # one scene for all frames of a trajectory
             last = self._last = (known, self.asked_scene(known))
-        edges = {"effector": self.effector, "duration": self.longest_edge, "rate": self.rate}
-        sets = {"captured": self.captured(state, known), "succeeded": self.succeeded(known)}
-        asked: dict[str, Any] = {**edges, **sets, **self.question(state, known)}
+        asked: dict[str, Any] = dict(
+            effector=self.effector,
+            duration=self.longest_edge,
+            rate=self.rate,
+            captured=self.captured(state, known),
+            succeeded=self.succeeded(known),
+            **self.question(state, known),
+        )
         return Problem(last[1], state, contacts=contacts, start_outside=True, **asked)
 
     def captured(self, state: Floats, params: Params = NONE_DRAWN) -> Regions:

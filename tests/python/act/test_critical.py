@@ -430,6 +430,20 @@ def test_a_limit_keeps_what_is_known():
         em.critical_value(of_push, "push", (0.05, 20), timeout=1e-9)
 
 
+class Calls(list):
+    """A progress that is false as long as it is empty."""
+
+    def __call__(self, done, total):
+        self.append((done, total))
+
+
+def test_a_progress_is_called_whatever_its_truth_is():
+    several, race = Calls(), Calls()
+    em.critical_values(on_slope(0.6), {"push": (0.05, 20)}, progress=several)
+    em.rank({"a": on_slope(0.6), "b": on_slope(0.4)}, rollouts=16, progress=race)
+    assert several and race
+
+
 def test_a_limit_among_several_quantities_keeps_those_that_are_done():
     cancel, asked = em.Cancel(), {"push": (0.05, 20), "mass.object": (0.1, 2.0)}
     whole = em.critical_values(on_slope(0.6), asked)

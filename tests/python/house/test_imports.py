@@ -30,6 +30,7 @@ import energymargin as em
 em.tasks.make("grasp").rollout(0, frames=2)
 print([name for name in {HEAVY} if name in sys.modules])
 """
+APPLICATION = ("energymargin.cli.application",)
 FOREIGN = (
     "cyclopts",
     "dask",
@@ -77,6 +78,14 @@ def test_a_score_imports_no_heavy_package_and_few_modules_of_our_own():
         "energymargin.evaluate.scores",
         "energymargin.base.table_text",
     }
+
+
+def test_environments_and_the_terminal_import_no_more_than_they_need():
+    for module, others in (("gym", ("scipy", "h5py", "rich")), ("cli.terminal", APPLICATION)):
+        text = (
+            f"import sys, energymargin.{module}; print([n for n in {others} if n in sys.modules])"
+        )
+        assert output(text) == ["[]"], module
 
 
 def test_a_hand_imports_no_heavy_package():

@@ -177,3 +177,10 @@ def test_a_slippery_box_slides_as_soon_as_its_friction_is_overcome(mu):
     late = 2 * 0.02 / 2.0**2  # until it has left its place
     assert found.acceleration.value == pytest.approx(mu * G + late, rel=0.01)
     assert found.tilt.value == pytest.approx(np.arctan(mu) + late / G, abs=np.deg2rad(0.1))
+
+
+def test_bodies_may_come_one_after_the_other() -> None:
+    scene = on_a_tray((0.1, 0.1, 0.1))
+    (name,) = (body.name for body in scene.bodies if body.role == "object")
+    asked = em.stack_robustness(scene, bodies=iter([name]), support=())
+    assert [push.body for push in asked.pushes] == [name]

@@ -9,7 +9,6 @@ such as the table that sinks under a grasp, follows the task's script.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from copy import deepcopy
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -73,7 +72,10 @@ def acted(
     drive: Drive, channels: Sequence[Channel], action: NDArray[np.float64], rows: int | None = None
 ) -> Drive:
     """The drive, with the action in its channels in the first rows, or in all."""
-    copied = deepcopy(drive)
+    copied = Drive(
+        {body: rows.copy() for body, rows in drive.wrenches.items()},
+        {joint: rows.copy() for joint, rows in drive.targets.items()},
+    )
     for channel, number in zip(channels, action, strict=True):
         _rows(copied, channel)[:rows] = channel.offset + number
     return copied

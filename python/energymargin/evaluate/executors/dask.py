@@ -46,7 +46,9 @@ class Dask:
 
     def workers(self) -> RemoteWorkers:
         """As Executor.workers. Raises ConnectionError if there is no scheduler."""
-        return _DaskWorkers(self.scheduler, self.notice or (lambda _text: None))
+        return _DaskWorkers(
+            self.scheduler, (lambda _text: None) if self.notice is None else self.notice
+        )
 
 
 class _DaskWorkers(RemoteWorkers):

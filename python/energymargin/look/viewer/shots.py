@@ -93,8 +93,8 @@ class Shot:
                 drawn.add(name)
         return drawn
 
-    def add_search(self, scored: Scored) -> None:
-        """Adds a tree with its growth, and the way out."""
+    def add_search(self, scored: Scored) -> tuple[int, int]:
+        """Adds a tree with its growth, and the way out; how many dots and edges are drawn."""
         size, add = self._view.size, self._blobs.add
         dots, edges = tree_parts(self._problem, scored, size)
         kinds: dict[str, type[np.generic]]
@@ -115,6 +115,7 @@ class Shot:
             times = np.arange(len(count)) / 15
             self.add_track("growth of the tree", self._problem.state[None], times, captions)
             self.content["tracks"][-1]["nodes"] = count
+        return len(dots["points"]), len(edges["points"])
 
     def add_future(self, future: em.futures.Undisturbed) -> None:
         """Adds the undisturbed future, with marks where objects leave."""

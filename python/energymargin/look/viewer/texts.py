@@ -114,6 +114,11 @@ def future_text(problem: em.Problem, future: em.futures.Undisturbed | None, why:
     return box(table, f"<div>{words}</div>")
 
 
+def drawn_text(dots: int, edges: int) -> str:
+    """How much of the tree is drawn."""
+    return plain(f"{counted(dots, 'dot')} and {counted(edges, 'edge')} are drawn") if dots else ""
+
+
 def sets_text(problem: em.Problem, drawn: Collection[str]) -> str:
     """Which sets are not drawn."""
     sets = {"capture set": problem.captured, "success set": problem.succeeded}

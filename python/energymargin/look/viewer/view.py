@@ -119,8 +119,7 @@ def _shot(
     name = f"{times[frame]:.2f} s"
     name += "".join(f", {metric} {value:.2f}" for metric, value in [*scored.values.items()][:1])
     shot = Shot(blobs, name, problem, frames.states)
-    drawn = shot.add_sets()
-    shot.add_search(scored)
+    drawn, (dots, edges) = shot.add_sets(), shot.add_search(scored)
     words, future = [texts.frame_text(frames, frame)], None
     if problem.horizon is not None:
         why = ""
@@ -134,7 +133,8 @@ def _shot(
         captions = [f"t = {time:.2f} s" for time in times]
         shot.add_track("trajectory", frames.states, times - times[0], captions)
     words += [texts.score_table(scored, stored), texts.escape_text(scored)]
-    words += [texts.legend(problem, scored, future), texts.sets_text(problem, drawn)]
+    words += [texts.legend(problem, scored, future), texts.drawn_text(dots, edges)]
+    words.append(texts.sets_text(problem, drawn))
     return shot.content | {"words": "".join(words)}
 
 

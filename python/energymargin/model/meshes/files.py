@@ -11,7 +11,13 @@ from energymargin.base.bars import Update
 from energymargin.base.errors import needs_extra
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import warn
-from energymargin.model.meshes.settings import MAX_POINTS, THRESHOLD, PartSettings
+from energymargin.model.meshes.settings import (
+    MAX_POINTS,
+    THRESHOLD,
+    PartSettings,
+    check_file,
+    sizes_of,
+)
 
 if TYPE_CHECKING:
     from energymargin.model.meshes.shape import MeshShape
@@ -100,6 +106,9 @@ def shape_of(
 
     Raises FlatMeshError, and all that `mesh` does.
     """
+    sizes_of(scale)
+    check_file(Path(path))
     with needs_extra("a mesh file", "urdf"):
         from energymargin.model.meshes.shape import made_of
-    return made_of(Path(path), how, limit, scale, progress or (lambda done, total: None))
+    tell = (lambda done, total: None) if progress is None else progress
+    return made_of(Path(path), how, limit, scale, tell)

@@ -21,11 +21,10 @@ from energymargin.model.meshes.collada_checks import check_collada
 from energymargin.model.meshes.convex import CONVEX, Decomposition, cached, corners, hull_volume
 from energymargin.model.meshes.cuts import parts_within
 from energymargin.model.meshes.deviation import Deviation, deviation, mesh_of, solid_of
-from energymargin.model.meshes.settings import FlatMeshError, PartSettings
+from energymargin.model.meshes.settings import FlatMeshError, PartSettings, sizes_of
 from energymargin.model.meshes.solids import Faces, Points, Solid, joined, merged
 from energymargin.model.meshes.surfaces import closed_surfaces
 
-SUFFIXES = (".stl", ".obj", ".dae")
 OVERLAP = 1e-9  # share of a volume; what overlaps by less is as good as apart
 FLAT = 1e-6  # volume below which a mesh is a sheet, as a share of the cube of its size
 LARGEST = 20.0  # m; what a robot handles is smaller, unless its scale is wrong
@@ -77,7 +76,7 @@ class MeshShape(Compound):
 
 def made_of(path: Path, how: PartSettings, limit: Limit, scale: Any, report: Update) -> MeshShape:
     """That of a file, as `em.mesh` says."""
-    pieces = _read(path, _scale(scale))
+    pieces = [merged(*piece) for piece in _geometries(path, sizes_of(scale))]
     whole = joined(pieces)
     vertices = np.asarray(whole.vertices, float)
     size = float(np.ptp(vertices, axis=0).max())
@@ -140,29 +139,6 @@ def _parts(
         parts += raw.parts_of(body, float(whole.extents.max()))
         report(done, len(several))
     return parts if accuracy is None else parts_within(accuracy, parts, bodies, how)
-
-
-def _scale(scale: Any) -> Points:
-    try:
-        sizes = np.broadcast_to(np.asarray(scale, float), 3)
-    except (TypeError, ValueError):
-        sizes = np.zeros(3)
-    if not np.isfinite(sizes).all() or (sizes == 0).any():
-        raise ValueError(f"scale is {scale!r}, expected one number that is not 0, or three")
-    return sizes
-
-
-def _read(path: Path, scale: Points) -> list[Trimesh]:
-    """A file's geometries in metres, each with one vertex for each place."""
-    if path.suffix.lower() not in SUFFIXES:
-        raise ValueError(
-            f"path is {str(path)!r}, expected a file that ends in {' '.join(SUFFIXES)}: "
-            "trimesh.load_mesh(path).export('mesh.stl') makes one of PLY, OFF, GLB or 3MF, and CAD "
-            "programs export STL of STEP"
-        )
-    if not path.is_file():
-        raise FileNotFoundError(f"path is {str(path)!r}, and there is no such file")
-    return [merged(*piece) for piece in _geometries(path, scale)]
 
 
 def _geometries(path: Path, scale: Points) -> list[tuple[Points, Faces]]:

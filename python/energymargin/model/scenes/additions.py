@@ -214,6 +214,7 @@ def added(scene: Scene | None, new: Additions, prefix: str, limit: Limit) -> Sce
         elif joint.get("stiffness") and not joint.get("held") and joint.get("target") is None:
             start = f"{joint.get('start', 0.0):.4g}, for want of a target"
             rows.append(ReportRow(reports.HOLDS, joint["name"], start))
+    rows[len(new.rows) :] = sorted(rows[len(new.rows) :], key=lambda row: row.what == reports.HOLDS)
     if new.self_collision and moving:
         limit.require("links that overlap were looked for")
         world = World(made)

@@ -164,7 +164,7 @@ def from_urdf(
 
     loose = [name for name in robot.loose if name not in additions.driven_by(control)]
     additions.warn_of_loose(str(path), MIMIC, loose, str(path))
-    report = progress or (lambda done, total: None)
+    report = (lambda done, total: None) if progress is None else progress
     bodies = _bodies(robot, mesh_of, limit, report, of_shapes)
     for name, inertial in moving_inertials(robot, mistakes, inertia).items():
         bodies[name]["inertial"] = inertial

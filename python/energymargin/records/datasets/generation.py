@@ -223,7 +223,10 @@ class Parts(AnswerFile):
 
         Raises ValueError if another process has it, or if it has shards of another request.
         """
-        super().__init__(parts_of(path), create=True)
+        place = parts_of(path)
+        if place.is_dir():
+            raise ValueError(f"{place} is a folder of parts, as of 0.14: remove it, and ask again")
+        super().__init__(place, create=True)
         self.request = request
         asked = json.dumps({**asdict(request), "energymargin": version("energymargin")})
         try:

@@ -271,22 +271,27 @@ def _by_episode(folder: Path, dataset: Dataset, scores: Mapping[str, Floats]) ->
 
 
 def _add_columns(file: Path, episodes: Mapping[int, Columns]) -> None:
-    """Adds the scores to a file of frames, which keeps its columns and row groups."""
+    """Writes a file of frames anew, with its columns and row groups, and the scores beside them."""
     with needs_extra("a LeRobot dataset", "lerobot"):
         import pyarrow
         from pyarrow import parquet
-    names, table = list(next(iter(episodes.values()))), parquet.read_table(file)
-    places = (table[name].to_pylist() for name in (lerobot.EPISODE, lerobot.FRAME))
-    rows = list(zip(*places, strict=True))
-    for name in names:
-        column = np.array([episodes[e][name][k] for e, k in rows], dtype=np.float32)
-        table = table.append_column(name, pyarrow.array(column))
-    table = table.replace_schema_metadata(_told(table.schema.metadata or {}, names))
-    metadata, first = parquet.read_metadata(file), 0
-    with parquet.ParquetWriter(file, table.schema) as written:
-        for group in range(metadata.num_row_groups):
-            written.write_table(table.slice(first, metadata.row_group(group).num_rows))
-            first += metadata.row_group(group).num_rows
+    names, old = list(next(iter(episodes.values()))), file.with_suffix(".old")
+    file.rename(old)
+    with parquet.ParquetFile(old) as source:
+        schema = source.schema_arrow
+        for name in names:
+            schema = schema.append(pyarrow.field(name, pyarrow.float32()))
+        schema = schema.with_metadata(_told(schema.metadata or {}, names))
+        with parquet.ParquetWriter(file, schema) as written:
+            for group in range(source.num_row_groups):
+                table = source.read_row_group(group)
+                places = (table[name].to_pylist() for name in (lerobot.EPISODE, lerobot.FRAME))
+                rows = list(zip(*places, strict=True))
+                for name in names:
+                    column = np.array([episodes[e][name][k] for e, k in rows], dtype=np.float32)
+                    table = table.append_column(name, pyarrow.array(column))
+                written.write_table(table.cast(schema))
+    old.unlink()
 
 
 def _told(metadata: Mapping[bytes, bytes], names: list[str]) -> dict[bytes, bytes]:
