@@ -138,7 +138,7 @@ def _content(path: Path) -> Content:
     for magic, name in UNREAD.items():
         if start.startswith(magic):
             raise ValueError(f"is {name}, which is not read: {files_yaml.OF_POSES}")
-    if start.startswith(PACKED) or start[257:262] == b"ustar" or b"\0" in start:
+    if start.startswith(PACKED) or start[257:262] == b"ustar" or path.suffix == ".tar":
         raise ValueError("is no text; if it is a packed or a tar file, unpack it (tar -xf)")
     if start.lstrip(b"\xef\xbb\xbf \t\r\n").startswith((b"{", b"[")):
         return files_json.read(path)

@@ -259,7 +259,9 @@ def _row(env: Any, name: str, read: Read) -> Floats:
     """What a function says of a body, shape (13,)."""
     row = np.asarray(read(env), dtype=float)
     if row.shape != (13,):
-        raise ValueError(f"the function of {name!r} has the shape {row.shape}, expected (13,)")
+        raise ValueError(
+            f"the function of {name!r} returns numbers of the shape {row.shape}, expected (13,)"
+        )
     return row
 
 
