@@ -170,7 +170,7 @@ def each_name(given: str | Iterable[str]) -> tuple[str, ...]:
 def names_of(name: str, value: Sequence[str]) -> Sequence[str]:
     """`value`, if it is no single name; else a ValueError with `name`."""
     if isinstance(value, str):
-        require(False, name, value, f"a list of names: [{value!r}]")
+        raise ValueError(f"{name} is {value!r}, expected a list of names: [{value!r}]")
     return value
 
 

@@ -151,10 +151,8 @@ def summary(result: Any) -> Summary:
     if made is None:
         raise ValueError(f"result is a {type(result).__name__}, which has no summary")
     found: Summary = made(result)
-    told = getattr(result, "complete", True) or any(
-        re.search("stopped|not scored", note) for note in found.notes
-    )
-    return found if told else replace(found, notes=[*found.notes, UNFINISHED])
+    whole = getattr(result, "complete", True) or not found.rows  # without rows it says so itself
+    return found if whole else replace(found, notes=[*found.notes, UNFINISHED])
 
 
 def html_or_text(self: Any) -> str:

@@ -92,6 +92,31 @@ def test_every_processor_gives_the_golden_values(without: str) -> None:
     assert json.loads(done.stdout) == {name: values[name] for name in names}
 
 
+OTHERS = """
+import sys
+import numpy as np
+import energymargin as em
+sys.path.insert(0, sys.argv[2])
+import test_many_bodies
+problem = em.Problem.load(sys.argv[1] + "/problem-push.json").replace(horizon=0.3)
+noise = em.disturbances.Gaussian(0.5, correlation_time=0.05)
+found = em.capture_probability(problem, disturbance=noise, rollouts=30)
+rare = em.capture_probability(problem, rare=True, rollouts=100)
+scene = test_many_bodies.bin_of_boxes(54, 1.0)
+poured = em.World(scene).simulate(scene.pack(), steps=80).states[-1]
+numbers = [found.captured, found.mean_time, *found.interval(), rare.captured, *rare.interval()]
+print(np.array([*numbers, *poured, *em.tasks.make("grasp").rollout(4).states[-1]]).tobytes().hex())
+"""
+
+
+def test_draws_rare_losses_many_bodies_and_a_task_are_the_same_on_every_processor() -> None:
+    call = [sys.executable, "-W", "ignore", "-c", OTHERS, str(GOLDEN), str(Path(__file__).parent)]
+    masks = ("", "glibc.cpu.hwcaps=-AVX2,-FMA,-AVX,-AVX512F,-FMA4,-AVX2_Usable,-FMA_Usable")
+    environments = ({**os.environ, "GLIBC_TUNABLES": mask} for mask in masks)
+    one, other = (subprocess.check_output(call, env=environment) for environment in environments)
+    assert one == other and len(one) > 1000
+
+
 def test_a_batch_gives_the_same_bits_on_any_number_of_threads_and_after_any_history() -> None:
     asked = list(problems.values()) * 2
     tables = [
