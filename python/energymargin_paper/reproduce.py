@@ -130,13 +130,13 @@ def _print(table: str) -> None:
 
 
 def _chosen(known: Sequence[Piece], only: str | None, data: Path | None) -> list[Piece]:
-    """The pieces that `only` names by their own names or those of their studies."""
+    """The pieces that `only` names by their own names, or by a study that no piece is called."""
     if only is None:
         return [piece for piece in known if data is not None or not piece.data]
-    words = split(only)
-    chosen = [piece for piece in known if {piece.name, piece.study} & set(words)]
-    names = [piece.name for piece in known]
-    wrong = set(words) - {name for piece in chosen for name in (piece.name, piece.study)}
+    words, names = set(split(only)), [piece.name for piece in known]
+    of_studies = words - set(names)
+    chosen = [piece for piece in known if piece.name in words or piece.study in of_studies]
+    wrong = of_studies - {piece.study for piece in chosen}
     if wrong:
         raise ValueError(f"only has {min(wrong)!r}, expected some of {', '.join(names)}")
     lacking = [piece for piece in chosen if piece.data and data is None]

@@ -26,6 +26,7 @@ constexpr int default_rollouts = 30;
 // made before the clock is looked at.
 constexpr std::size_t piece = 4096;
 constexpr std::size_t piece_together = 4 * Policy::block;
+constexpr std::size_t first_together = 16;  // some are better than none once time is over; then as many as there are
 constexpr std::size_t drawn_a_thread = 4;  // by a function, which draws for all of a piece before it begins
 constexpr double confidence_of_tolerance = 0.95;
 
@@ -93,7 +94,10 @@ class Estimator {
 
   std::size_t end_of_piece() const {
     const std::size_t first = futures_.size(), index = options_.first + first;
-    if (together()) return first + piece_together - index % piece_together;
+    if (together()) {
+      const std::size_t most = piece_together - index % piece_together;
+      return first + (asks() ? most : std::min(most, std::max(first, first_together)));
+    }
     return first + (draws() ? drawn_a_thread * pool_.size() : piece);
   }
 

@@ -16,8 +16,9 @@ from mujoco import rollout as mujoco_rollout
 import energymargin as em
 from energymargin.base.aliases import Floats
 from energymargin.base.checks import check_type, core_count, each_name
+from energymargin.mujoco.kinematics import INTEGRATION, Columns
 from energymargin.mujoco.models import scene_of, values_of, varied_model
-from energymargin.mujoco.reading import INTEGRATION, Columns, Reader
+from energymargin.mujoco.reading import Reader
 from energymargin.mujoco.states import States, require_data
 
 USER = mujoco.mjtState.mjSTATE_USER.value
@@ -135,19 +136,26 @@ class Engine(em.engines.Engine):
 
     def play(self, batch: em.engines.Batch) -> tuple[Floats, Floats, Floats]:
         """As the base class says; on several threads if there are several rows."""
-        count, steps = len(batch.states), batch.steps
-        paths = np.empty((count, steps, self.columns.physics.size))
-        memory = batch.memory.copy()
+        memory, paths, work = self.follow(batch)
+        count, steps = paths.shape[:2]
+        own = np.repeat(memory[:, None], steps // batch.every, axis=1)
+        own[..., self.columns.physics] = paths[:, batch.every - 1 :: batch.every]
+        states = self._reader.states(own.reshape(-1, self.memory)).reshape(
+            count, -1, self.state.size
+        )
+        states[~np.isfinite(memory).all(axis=1)] = np.nan
+        return states, memory, work
+
+    def follow(self, batch: em.engines.Batch) -> tuple[Floats, Floats, Floats]:
+        """As `play`, but for the physics after each step, shape (n, steps, p), in place of the
+        scene's states; nor are those where it begins looked at."""
+        steps, memory = batch.steps, batch.memory.copy()
+        paths = np.empty((len(memory), steps, self.columns.physics.size))
         for first in range(0, steps, PIECE):
             some = slice(first, first + PIECE)
             self._play_piece(batch, some, memory, paths[:, some])
-        own = np.repeat(memory[:, None], steps // batch.every, axis=1)
-        own[..., self.columns.physics] = paths[:, batch.every - 1 :: batch.every]
-        states = self._reader.states(own.reshape(-1, self.memory))
-        states = states.reshape(count, -1, batch.states.shape[1])
-        diverged = ~np.isfinite(memory).all(axis=1)
-        states[diverged] = paths[diverged] = np.nan
-        return states, memory, self._work(batch, paths)
+        paths[~np.isfinite(memory).all(axis=1)] = np.nan
+        return memory, paths, self._work(batch, paths)
 
     def _play_piece(
         self, batch: em.engines.Batch, some: slice, memory: Floats, paths: Floats
@@ -188,11 +196,13 @@ class Engine(em.engines.Engine):
     def _control(self, batch: em.engines.Batch, row: int, user: Floats, some: slice) -> Floats:
         """What the user of MuJoCo sets in some steps of a rollout, shape (steps, u)."""
         columns, pushes = self.columns, batch.pushes[row, some]
-        control = np.tile(user, (len(pushes), 1))
+        control = np.empty((len(pushes), user.size))
+        control[:] = user
         for name, values in batch.commands.items():
             control[:, columns.controls_of_user[self._actuators[name]]] = values[row, some]
         for number, body in enumerate(self.objects):
-            control[:, columns.applied_of_user[body]] += pushes[:, number]
+            first = columns.applied_of_user[body, 0]
+            control[:, first : first + 6] += pushes[:, number]
         return control
 
     def _work(self, batch: em.engines.Batch, paths: Floats) -> Floats:

@@ -10,8 +10,8 @@ import numpy as np
 
 import energymargin as em
 from energymargin.base.aliases import Floats
+from energymargin.mujoco.kinematics import INTEGRATION
 from energymargin.mujoco.models import scene_of
-from energymargin.mujoco.reading import INTEGRATION, Columns, Reader
 from energymargin.mujoco.states import States
 
 
@@ -29,11 +29,11 @@ class Inside:
         """Without an engine."""
         self.substeps = max(round(step / float(model.opt.timestep)), 1)
         """Steps of MuJoCo in one of the environment."""
-        self._columns = Columns(model)
-        self.saved = self._columns.size
+        self.saved = int(mujoco.mj_stateSize(model, INTEGRATION))
         """How many numbers `save` returns."""
         self._states = States(self.scene, model, others=self.scene.pack())
-        self._reader = Reader(self.scene, model, self._states, self._columns)
+        objects = (body.name for body in self.scene.bodies if body.role == "object")
+        self._objects = [self._states.body_id(name) for name in objects]
 
     def save(self) -> Floats:
         """mjSTATE_INTEGRATION."""
@@ -60,17 +60,17 @@ class Inside:
 
     def push(self, wrenches: Floats) -> None:
         """Wrenches act on the objects from now on, shape (k, 6)."""
-        self.data.xfrc_applied[self._reader.objects] = wrenches
+        self.data.xfrc_applied[self._objects] = wrenches
 
     def read(self) -> Floats:
         """The state of the scene, shape (d,)."""
-        return np.asarray(self._reader.states(self.save()[None])[0])
+        return self._states.read(self.data)
 
     def bodies(self) -> Floats:
         """As of em.engines.Serial."""
         self._states.refresh(self.data)
-        found = np.empty((len(self._reader.objects), 13))
-        for row, body in zip(found, self._reader.objects, strict=True):
+        found = np.empty((len(self._objects), 13))
+        for row, body in zip(found, self._objects, strict=True):
             twist = self._states.twist(self.data, body, mujoco.mjtObj.mjOBJ_BODY)
             row[:3], row[3:7] = self.data.xipos[body], np.roll(self.data.xquat[body], -1)
             row[7:10], row[10:] = twist[3:], twist[:3]

@@ -12,8 +12,8 @@ import numpy as np
 import energymargin as em
 from energymargin.base.aliases import Floats
 from energymargin.mujoco.engine import Engine
+from energymargin.mujoco.kinematics import INTEGRATION
 from energymargin.mujoco.models import geoms_of
-from energymargin.mujoco.reading import INTEGRATION
 from energymargin.mujoco.states import States, servos
 
 
@@ -45,6 +45,7 @@ class Simulation:
         self.work = 0.0
         self.objects = self.engine.objects
         """Their numbers in the model."""
+        self._data = mujoco.MjData(model)
         self._before = self.row[self.engine.columns.applied]
         self._robot = ModelRobot(plan, model, self.states) if plan else None
         self.push(np.zeros((len(self.objects), 6)))
@@ -73,8 +74,8 @@ class Simulation:
                 some = min(some, self._robot.held(self.steps))
                 self._robot.act(self, self.steps)
             pushes = np.repeat(self._wrenches[None, None], some, axis=1)
-            batch = em.engines.Batch(self.state()[None], self.row[None], pushes, {}, some, some)
-            _, rows, work = self.engine.play(batch)
+            batch = em.engines.Batch(np.empty((1, 0)), self.row[None], pushes, {}, some, some)
+            rows, _, work = self.engine.follow(batch)
             if not np.isfinite(rows).all():
                 raise RuntimeError(f"MuJoCo diverged after {self.time:.3g} s")
             self.row, self.steps = rows[0], self.steps + some
@@ -86,11 +87,11 @@ class Simulation:
         return np.asarray(self.engine.read(self.row[None])[0])
 
     def data(self) -> Any:
-        """A `mujoco.MjData` there, whose poses and velocities are refreshed."""
-        data = mujoco.MjData(self.model)
-        mujoco.mj_setState(self.model, data, self.row, INTEGRATION)
-        self.states.refresh(data)
-        return data
+        """A `mujoco.MjData` there until the next call, also by a branch; its poses and velocities
+        are refreshed."""
+        mujoco.mj_setState(self.model, self._data, self.row, INTEGRATION)
+        self.states.refresh(self._data)
+        return self._data
 
     def put(self, state: Floats) -> None:
         """Goes on from another state, shape (n,)."""

@@ -319,3 +319,15 @@ def test_timeout_ends_it_between_calls():
 
     p = em.capture_probability(floating(Slow()), rollouts=5000, timeout=0.5)
     assert 0 < p.rollouts < 5000
+
+
+def test_a_timeout_that_is_shorter_than_all_rollouts_keeps_those_that_were_done():
+    class Slow(PointMass):
+        def play(self, batch):
+            time.sleep(0.01 * len(batch.pushes))
+            return super().play(batch)
+
+    p = em.capture_probability(floating(Slow()), rollouts=200, timeout=1.0)
+    assert 16 <= p.rollouts < 200
+    whole = em.capture_probability(floating(PointMass()), rollouts=200)
+    np.testing.assert_array_equal(p.exit_times, whole.exit_times[: p.rollouts])

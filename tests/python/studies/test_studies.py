@@ -14,6 +14,8 @@ import energymargin
 from energymargin.cli import app
 from energymargin_paper import STUDIES, load
 from energymargin_paper.commands import command, make
+from energymargin_paper.pieces import PIECES
+from energymargin_paper.reproduce import _chosen
 from energymargin_paper.study import Study, setting
 
 PRODUCT = Path(energymargin.__file__).parent
@@ -216,3 +218,12 @@ def test_a_command_says_which_package_it_needs(tmp_path, monkeypatch):
     shown = run("--help", cwd=tmp_path)
     assert shown.returncode == 0
     assert "study-them" in shown.stdout and "reproduce" in shown.stdout
+
+
+def test_a_piece_is_chosen_by_its_name_and_all_pieces_of_a_study_by_its():
+    def names(only):
+        return [piece.name for piece in _chosen(PIECES, only, Path("data"))]
+
+    assert names("table1") == ["table1"]
+    assert names("grasps") == ["grasps-b", "grasps-c", "grasps-a"]
+    assert names("act,table1-bullet") == ["act", "table1-bullet"]
