@@ -45,21 +45,27 @@ class Columns:
 
 
 class Moving(NamedTuple):
-    """Where the frame of a body is, and how it moves: vectors have their parts first."""
+    """Where a frame is and how it moves, over paths: shapes (3, m, n), or what broadcasts to it."""
 
     position: Floats
-    """[m], shape (3, m, n), as all below."""
-    turn: Floats
-    """Unit quaternions x, y, z, w."""
-    velocity: Floats
-    """[m/s]."""
-    spin: Floats
-    """[rad/s]."""
+    """[m]."""
+    turn: Floats | None
+    """Unit quaternions x, y, z, w; None: none."""
+    velocity: Floats | None = None
+    """[m/s]; None: it is still."""
+    spin: Floats | None = None
+    """[rad/s]; None: it does not turn."""
 
     def shifted(self, way: Floats) -> Moving:
         """Of the same rigid body, at a place that is `way` from here."""
-        velocity = self.velocity + cross(self.spin, way)
-        return Moving(self.position + way, self.turn, velocity, self.spin)
+        moved = self._replace(position=self.position + way)
+        if self.spin is None:
+            return moved
+        return moved._replace(velocity=_sum(self.velocity, _cross(self.spin, way)))
+
+    def at(self, place: Floats) -> Moving:
+        """At a place (3,) in its own axes."""
+        return self.shifted(_turned(self.turn, _column(place))) if place.any() else self
 
 
 class Kinematics:
@@ -79,53 +85,54 @@ class Kinematics:
 
     def center(self, body: int) -> Moving:
         """Its centre of mass."""
-        frame, center = self.moving(body), self._model.body_ipos[body]
-        return frame.shifted(turned(frame.turn, _column(center))) if center.any() else frame
+        return self.moving(body).at(self._model.body_ipos[body])
 
     def _moving(self, body: int) -> Moving:
-        model, still = self._model, np.zeros((3, 1, 1))
+        model = self._model
         if body == 0:
-            return Moving(still, _column([0.0, 0.0, 0.0, 1.0]), still, still)
+            return Moving(np.zeros((3, 1, 1)), None)
         mocap = int(model.body_mocapid[body])
         if mocap >= 0:
             position, turn = (part[mocap] for part in self._columns.mocap)
             start = self._memory.T[..., None]
-            return Moving(start[position], unit(start[turn]), still, still)
+            return Moving(start[position], _unit(start[turn]))
         first = int(model.body_jntadr[body])
         joints = range(first, first + int(model.body_jntnum[body]))
         if joints and model.jnt_type[first] == KINDS.mjJNT_FREE:
             return self._free(first)
-        parent, own = self.moving(int(model.body_parentid[body])), model.body_quat[body]
-        now = parent.shifted(turned(parent.turn, _column(model.body_pos[body])))
-        now = now._replace(turn=_product(now.turn, unit(_column(own))))
+        now = self.moving(int(model.body_parentid[body])).at(model.body_pos[body])
+        if model.body_quat[body, 1:].any():
+            own = _unit(_column(model.body_quat[body]))
+            now = now._replace(turn=_product(now.turn, own))
         for joint in joints:
             now = self._after(joint, now)
         return now
 
     def _free(self, joint: int) -> Moving:
         at, of = self._places(joint)
-        turn = unit(self._path(at[3:7]))
-        spin = turned(turn, self._path(of[3:6]))
+        turn = _unit(self._path(at[3:7]))
+        spin = _turned(turn, self._path(of[3:6]))
         return Moving(self._path(at[:3]), turn, self._path(of[:3]), spin)
 
     def _after(self, joint: int, now: Moving) -> Moving:
         """A frame, once a slide, a hinge or a ball has moved it."""
         model, (at, of) = self._model, self._places(joint)
         kind, local = model.jnt_type[joint], _column(model.jnt_axis[joint])
-        axis, anchor = turned(now.turn, local), _column(model.jnt_pos[joint])
         if kind == KINDS.mjJNT_BALL:
-            turn = _product(now.turn, unit(self._path(at[:4])))
-            spin = now.spin + turned(turn, self._path(of[:3]))
+            turn = _product(now.turn, _unit(self._path(at[:4])))
+            spin = _turned(turn, self._path(of[:3]))
         else:
             moved = self._path(at[:1]) - model.qpos0[model.jnt_qposadr[joint]]
+            axis = _turned(now.turn, local)
             speed = axis * self._path(of[:1])
             if kind == KINDS.mjJNT_SLIDE:
                 now = now.shifted(axis * moved)
-                return now._replace(velocity=now.velocity + speed)
-            turn = np.concatenate([local * np.sin(moved / 2), np.cos(moved / 2)])
-            turn, spin = _product(now.turn, turn), now.spin + speed
-        held = now.shifted(turned(now.turn, anchor))
-        return held._replace(turn=turn, spin=spin).shifted(-turned(turn, anchor))
+                return now._replace(velocity=_sum(now.velocity, speed))
+            half = moved / 2.0
+            turn = _product(now.turn, np.concatenate([local * np.sin(half), np.cos(half)]))
+            spin = speed
+        anchor = model.jnt_pos[joint]
+        return now.at(anchor)._replace(turn=turn, spin=_sum(now.spin, spin)).at(-anchor)
 
     def _places(self, joint: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Columns of physics from its first position and velocity on."""
@@ -137,8 +144,8 @@ class Kinematics:
         """Some numbers of physics, shape (k, m, n)."""
         count, steps = self._physics.shape[:2]
         found = np.empty((places.size, count, steps + 1))
-        for part, place in zip(found, places, strict=True):
-            part[:, 0] = self._memory[:, self._columns.physics[place]]
+        found[..., 0] = self._memory[:, self._columns.physics[places]].T
+        for part, place in zip(found, places if steps else (), strict=False):
             part[:, 1:] = self._physics[:, :, place]
         return found
 
@@ -147,28 +154,38 @@ def _column(values: ArrayLike) -> Floats:
     return np.asarray(values, float)[:, None, None]
 
 
-def unit(quaternions: Floats) -> Floats:
+def _sum(one: Floats | None, other: Floats) -> Floats:
+    return other if one is None else one + other
+
+
+def _unit(quaternions: Floats) -> Floats:
     """Quaternions w, x, y, z, their parts along the first axis, as unit ones x, y, z, w."""
     w, x, y, z = quaternions
-    found: Floats = np.stack([x, y, z, w]) / np.sqrt(w * w + x * x + y * y + z * z)
-    return found
+    unit: Floats = np.array([x, y, z, w]) / np.sqrt(w * w + x * x + y * y + z * z)
+    return unit
 
 
-def cross(one: Floats, other: Floats) -> Floats:
+def _cross(one: Floats, other: Floats) -> Floats:
     """Of vectors whose parts are along the first axis."""
     (a, b, c), (d, e, f) = one, other
-    return np.stack([b * f - c * e, c * d - a * f, a * e - b * d])
+    return np.array([b * f - c * e, c * d - a * f, a * e - b * d])
 
 
-def turned(turns: Floats, vectors: Floats) -> Floats:
+def _turned(turns: Floats | None, vectors: Floats) -> Floats:
     """Each vector, turned by a quaternion x, y, z, w; their parts are along the first axis."""
+    if turns is None:
+        return vectors
     axis, cosine = turns[:3], turns[3]
-    twice = 2.0 * cross(axis, vectors)
-    found: Floats = vectors + cosine * twice + cross(axis, twice)
-    return found
+    twice = 2.0 * _cross(axis, vectors)
+    turned: Floats = vectors + cosine * twice + _cross(axis, twice)
+    return turned
 
 
-def _product(one: Floats, other: Floats) -> Floats:
+def _product(one: Floats | None, other: Floats) -> Floats:
     """Of quaternions x, y, z, w: the turn of the other, then that of the first."""
-    vector = one[3] * other[:3] + other[3] * one[:3] + cross(one[:3], other[:3])
-    return np.concatenate([vector, one[3:] * other[3:] - (one[:3] * other[:3]).sum(axis=0)[None]])
+    if one is None:
+        return other
+    (x, y, z, w), rest = one, other[3]
+    vector = w * other[:3] + rest * one[:3] + _cross(one[:3], other[:3])
+    last = w * rest - x * other[0] - y * other[1] - z * other[2]
+    return np.array([*vector, last])

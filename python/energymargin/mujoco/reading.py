@@ -13,7 +13,10 @@ from energymargin.base.aliases import Floats
 from energymargin.mujoco.kinematics import INTEGRATION, Columns, Kinematics
 from energymargin.mujoco.states import States
 
-SPLIT = (3, 7, 10)  # columns where orientation, velocity and spin of a body begin
+PARTS = slice(0, 3), slice(3, 7), slice(7, 10), slice(10, 13)
+"""Columns of the position, orientation, velocity and spin of a body."""
+REST = np.array([0, 0, 0, 0, 0, 0, 1.0, 0, 0, 0, 0, 0, 0])[:, None]
+"""A body that is still at the origin."""
 
 
 class Reader:
@@ -35,9 +38,9 @@ class Reader:
             self._model, columns, memory, np.empty((len(memory), 0, columns.physics.size))
         )
         for body, number in names.free:
-            own = np.split(states[:, self._scene.slice(body.name)].T, SPLIT)
-            for numbers, part in zip(own, paths.moving(number), strict=True):
-                numbers[:] = part[..., 0]
+            rows = states[:, self._scene.slice(body.name)].T
+            for at, part in zip(PARTS, paths.moving(number), strict=True):
+                rows[at] = REST[at] if part is None else part[..., 0]
         for joint, number in names.moving:
             position, dof = self._model.jnt_qposadr[number], self._model.jnt_dofadr[number]
             rows = states[:, self._scene.joint_slice(joint.name)]
@@ -50,11 +53,14 @@ class Reader:
         shape (6, m, steps + 1), where rollouts begin, with memory (m, h), and of their physics
         after each step, (m, steps, p)."""
         paths = Kinematics(self._model, self._columns, memory, physics)
-        shape = (3, len(memory), physics.shape[1] + 1)
         for body in self.objects:
-            moving = paths.center(body)
-            parts = moving.velocity, moving.spin
-            yield np.concatenate([np.broadcast_to(part, shape) for part in parts])
+            twist = np.zeros((6, len(memory), physics.shape[1] + 1))
+            _, _, velocity, spin = paths.center(body)
+            twist[:3], twist[3:] = (
+                0.0 if velocity is None else velocity,
+                0.0 if spin is None else spin,
+            )
+            yield twist
 
     def _slowly(self, memory: Floats) -> Floats:
         """One state after the other, of a scene with joints that are welds there."""
