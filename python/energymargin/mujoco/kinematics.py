@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import mujoco
@@ -12,7 +13,9 @@ from energymargin.base.aliases import Floats
 
 INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION.value
 
-KINDS = mujoco.mjtJoint
+FREE, BALL, SLIDE = (
+    int(getattr(mujoco.mjtJoint, kind)) for kind in ("mjJNT_FREE", "mjJNT_BALL", "mjJNT_SLIDE")
+)
 
 
 class Columns:
@@ -68,86 +71,115 @@ class Moving(NamedTuple):
         return self.shifted(_turned(self.turn, _column(place))) if place.any() else self
 
 
+class Joint(NamedTuple):
+    """What moves a body."""
+
+    kind: int
+    """mjtJoint."""
+    axis: Floats
+    """In the body's axes before it, shape (3, 1, 1)."""
+    anchor: Floats
+    """In the body's axes, shape (3,) [m]."""
+    start: float
+    """Its position where the model's tree is as written."""
+    q: int
+    """Column of physics of its first position."""
+    v: int
+    """And of its first velocity."""
+
+
+class Link(NamedTuple):
+    """A body in the tree."""
+
+    parent: int
+    place: Floats
+    """In the parent's axes, shape (3,) [m]."""
+    turn: Floats | None
+    """Its quaternion there; None: none."""
+    joints: tuple[Joint, ...]
+    mocap: tuple[NDArray[np.intp], NDArray[np.intp]] | None
+    """Columns of the position and the quaternion of a mocap body."""
+
+
+def links_of(model: Any, columns: Columns) -> list[Link]:
+    """All bodies of a model."""
+    return [_link(model, columns, body) for body in range(model.nbody)]
+
+
+def _link(model: Any, columns: Columns, body: int) -> Link:
+    first, mocap = int(model.body_jntadr[body]), int(model.body_mocapid[body])
+    joints = [
+        Joint(
+            int(model.jnt_type[j]),
+            _column(model.jnt_axis[j]),
+            model.jnt_pos[j].copy(),
+            float(model.qpos0[model.jnt_qposadr[j]]),
+            int(columns.qpos_of_physics[model.jnt_qposadr[j]]),
+            int(columns.qvel_of_physics[model.jnt_dofadr[j]]),
+        )
+        for j in range(first, first + int(model.body_jntnum[body]))
+    ]
+    quaternion = model.body_quat[body]
+    turn = _unit(_column(quaternion)) if quaternion[1:].any() else None
+    own = None if mocap < 0 else (columns.mocap[0][mocap], columns.mocap[1][mocap])
+    parent, place = int(model.body_parentid[body]), model.body_pos[body].copy()
+    return Link(parent, place, turn, tuple(joints), own)
+
+
 class Kinematics:
     """What mj_kinematics and mj_comVel find, over m paths of n instants each."""
 
-    def __init__(self, model: Any, columns: Columns, memory: Floats, physics: Floats) -> None:
+    def __init__(
+        self, links: Sequence[Link], columns: Columns, memory: Floats, physics: Floats
+    ) -> None:
         """Paths begin with whole states, memory (m, h), and go on with physics (m, n - 1, p)."""
-        self._model, self._columns = model, columns
-        self._memory, self._physics = memory, physics
-        self._found = dict[int, Moving]()
+        self._links, self._memory = links, memory
+        count, steps, size = physics.shape
+        self._paths = np.empty((size, count, steps + 1))
+        self._paths[..., 0] = memory[:, columns.physics].T
+        self._paths[..., 1:] = physics.transpose(2, 0, 1)
+        self._found = {0: Moving(np.zeros((3, 1, 1)), None)}
 
     def moving(self, body: int) -> Moving:
         """The frame of a body."""
         if body not in self._found:
-            self._found[body] = self._moving(body)
+            self._found[body] = self._moving(self._links[body])
         return self._found[body]
 
-    def center(self, body: int) -> Moving:
-        """Its centre of mass."""
-        return self.moving(body).at(self._model.body_ipos[body])
-
-    def _moving(self, body: int) -> Moving:
-        model = self._model
-        if body == 0:
-            return Moving(np.zeros((3, 1, 1)), None)
-        mocap = int(model.body_mocapid[body])
-        if mocap >= 0:
-            position, turn = (part[mocap] for part in self._columns.mocap)
+    def _moving(self, link: Link) -> Moving:
+        if link.mocap is not None:
             start = self._memory.T[..., None]
-            return Moving(start[position], _unit(start[turn]))
-        first = int(model.body_jntadr[body])
-        joints = range(first, first + int(model.body_jntnum[body]))
-        if joints and model.jnt_type[first] == KINDS.mjJNT_FREE:
-            return self._free(first)
-        now = self.moving(int(model.body_parentid[body])).at(model.body_pos[body])
-        if model.body_quat[body, 1:].any():
-            own = _unit(_column(model.body_quat[body]))
-            now = now._replace(turn=_product(now.turn, own))
-        for joint in joints:
+            return Moving(start[link.mocap[0]], _unit(start[link.mocap[1]]))
+        if link.joints and link.joints[0].kind == FREE:
+            return self._free(link.joints[0])
+        now = self.moving(link.parent).at(link.place)
+        if link.turn is not None:
+            now = now._replace(turn=_product(now.turn, link.turn))
+        for joint in link.joints:
             now = self._after(joint, now)
         return now
 
-    def _free(self, joint: int) -> Moving:
-        at, of = self._places(joint)
-        turn = _unit(self._path(at[3:7]))
-        spin = _turned(turn, self._path(of[3:6]))
-        return Moving(self._path(at[:3]), turn, self._path(of[:3]), spin)
+    def _free(self, joint: Joint) -> Moving:
+        q, v = self._paths[joint.q :], self._paths[joint.v :]
+        turn = _unit(q[3:7])
+        return Moving(q[:3], turn, v[:3], _turned(turn, v[3:6]))
 
-    def _after(self, joint: int, now: Moving) -> Moving:
+    def _after(self, joint: Joint, now: Moving) -> Moving:
         """A frame, once a slide, a hinge or a ball has moved it."""
-        model, (at, of) = self._model, self._places(joint)
-        kind, local = model.jnt_type[joint], _column(model.jnt_axis[joint])
-        if kind == KINDS.mjJNT_BALL:
-            turn = _product(now.turn, _unit(self._path(at[:4])))
-            spin = _turned(turn, self._path(of[:3]))
+        q, v = self._paths[joint.q :], self._paths[joint.v :]
+        if joint.kind == BALL:
+            turn = _product(now.turn, _unit(q[:4]))
+            spin = _turned(turn, v[:3])
         else:
-            moved = self._path(at[:1]) - model.qpos0[model.jnt_qposadr[joint]]
-            axis = _turned(now.turn, local)
-            speed = axis * self._path(of[:1])
-            if kind == KINDS.mjJNT_SLIDE:
+            moved, axis = q[:1] - joint.start, _turned(now.turn, joint.axis)
+            if joint.kind == SLIDE:
                 now = now.shifted(axis * moved)
-                return now._replace(velocity=_sum(now.velocity, speed))
+                return now._replace(velocity=_sum(now.velocity, axis * v[:1]))
             half = moved / 2.0
-            turn = _product(now.turn, np.concatenate([local * np.sin(half), np.cos(half)]))
-            spin = speed
-        anchor = model.jnt_pos[joint]
-        return now.at(anchor)._replace(turn=turn, spin=_sum(now.spin, spin)).at(-anchor)
-
-    def _places(self, joint: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Columns of physics from its first position and velocity on."""
-        columns, model = self._columns, self._model
-        at = columns.qpos_of_physics[model.jnt_qposadr[joint] :]
-        return at, columns.qvel_of_physics[model.jnt_dofadr[joint] :]
-
-    def _path(self, places: NDArray[np.intp]) -> Floats:
-        """Some numbers of physics, shape (k, m, n)."""
-        count, steps = self._physics.shape[:2]
-        found = np.empty((places.size, count, steps + 1))
-        found[..., 0] = self._memory[:, self._columns.physics[places]].T
-        for part, place in zip(found, places if steps else (), strict=False):
-            part[:, 1:] = self._physics[:, :, place]
-        return found
+            turn = _product(now.turn, np.concatenate([joint.axis * np.sin(half), np.cos(half)]))
+            spin = axis * v[:1]
+        now = now.at(joint.anchor)._replace(turn=turn, spin=_sum(now.spin, spin))
+        return now.at(-joint.anchor)
 
 
 def _column(values: ArrayLike) -> Floats:

@@ -84,7 +84,7 @@ class Simulation:
 
     def state(self) -> Floats:
         """State of the scene, shape (n,)."""
-        return np.asarray(self.engine.read(self.row[None])[0])
+        return self.states.read(self.data())
 
     def data(self) -> Any:
         """A `mujoco.MjData` there until the next call, also by a branch; its poses and velocities

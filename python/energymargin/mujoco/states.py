@@ -51,6 +51,13 @@ class States:
         self.rest = np.zeros(scene.dimension) if others is None else np.array(others, float)
         """`others`, or zeros."""
         check_shape("others", self.rest, (scene.dimension,))
+        groups = model.body_weldid
+        self.bends = [weld for weld in names.welds if groups[weld[1]] != groups[weld[2]]]
+        """Those of the welds that are soft; the others are where they are in `rest`."""
+        if rigid := [weld for weld in names.welds if weld not in self.bends]:
+            data = mujoco.MjData(model)
+            self.refresh(data)
+            self._read_welds(data, rigid, self.rest)
         self._twist, self._ball = np.zeros(6), mujoco.mjtJoint.mjJNT_BALL
 
     def read(self, data: Any) -> Floats:
@@ -64,9 +71,12 @@ class States:
         for joint, number, at in self._own:
             speed = 0.0 if joint.held else data.qvel[model.jnt_dofadr[number]]
             state[at] = data.qpos[model.jnt_qposadr[number]], speed
-        for joint, parent, child in self.names.welds:
-            state[self._scene.joint_slice(joint.name)] = _held_at(data, joint, parent, child), 0.0
+        self._read_welds(data, self.bends, state)
         return state
+
+    def _read_welds(self, data: Any, welds: list[Any], state: Floats) -> None:
+        for joint, parent, child in welds:
+            state[self._scene.joint_slice(joint.name)] = _held_at(data, joint, parent, child), 0.0
 
     def write(self, data: Any, state: ArrayLike) -> None:
         """Puts a state, shape (n,), into a `mujoco.MjData`, and refreshes that.
