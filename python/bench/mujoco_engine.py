@@ -24,6 +24,9 @@ from measurements import in_turns
 
 BOX = """<mujoco><worldbody><geom type="plane" size="1 1 .1"/><body name="box" pos="0 0 .0499">
 <freejoint/><geom type="box" size=".05 .05 .05" mass=".5"/></body></worldbody></mujoco>"""
+CART = """<mujoco><worldbody><geom type="plane" size="1 1 .1"/><body name="cart" pos="0 0 .049">
+<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/><joint type="slide" axis="0 0 1"/>
+<joint axis="0 0 1"/><geom type="box" size=".05 .05 .05" mass=".5"/></body></worldbody></mujoco>"""
 BOWL = "libero_bowl/bowl_on_ramekin.xml"
 KINDS = mujoco.mjtState
 SPEC = KINDS.mjSTATE_CTRL.value | KINDS.mjSTATE_XFRC_APPLIED.value
@@ -41,6 +44,12 @@ def box() -> em.Problem:
     """One box on a plane."""
     model = mujoco.MjModel.from_xml_string(BOX)
     return question(em.mujoco.Engine(model, objects="box", threads=THREADS), "box", 1.0)
+
+
+def cart() -> em.Problem:
+    """One that stands on slides and a hinge."""
+    model = mujoco.MjModel.from_xml_string(CART)
+    return question(em.mujoco.Engine(model, objects="cart", threads=THREADS), "cart", 1.0)
 
 
 def push() -> em.Problem:
@@ -121,7 +130,7 @@ def main(*, real: Path | None = None, rounds: int = 21) -> None:
         real: A folder with LIBERO's bowl.
         rounds: Pairs of each scene.
     """
-    scenes = {"a box": box, "push": push, "FetchPush": fetch}
+    scenes = {"a box": box, "a cart": cart, "push": push, "FetchPush": fetch}
     scenes |= {"LIBERO's bowl": partial(bowl, real)} if real else {}
     print(
         "| scene | MuJoCo alone [us a step] | ours / MuJoCo, CPU | pairs from |\n"

@@ -21,6 +21,7 @@ from energymargin.mujoco.models import scene_of, values_of, varied_model
 from energymargin.mujoco.reading import Reader
 from energymargin.mujoco.states import States, require_data
 
+WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 USER = mujoco.mjtState.mjSTATE_USER.value
 PIECE = 500  # steps, after which a rollout sees that it is interrupted
 LOOK = 0.02  # s, between two looks for an interrupt
@@ -31,7 +32,8 @@ class Engine(em.engines.Engine):
 
     Its memory is MuJoCo's whole state (mjSTATE_INTEGRATION), pushes are forces of `xfrc_applied` at
     the centres of mass, and the commands of a plan or a policy are the model's controls by their
-    actuators' names. Controls that nobody commands stay those of the data. It varies
+    actuators' names, and forces on the robot's bodies, "BODY.fx" to "BODY.tz" [N, N m], of
+    `xfrc_applied` too. What nobody commands stays as in the data. It varies
     "friction.BODY", "mass.BODY" [kg] and "gain.ACTUATOR". Rollouts run on threads of their own,
     without Python's lock.
 
@@ -89,21 +91,31 @@ class Engine(em.engines.Engine):
         self.columns = Columns(self.model)
         """Where what is in its memory."""
         self.memory = self.columns.size
-        addresses = getattr(model, "actuator_ctrladr", range(model.nu))  # as of MuJoCo 4
-        actuators = [model.actuator(i).name or f"actuator{i}" for i in range(model.nu)]
-        self._actuators = dict(zip(actuators, map(int, addresses), strict=True))
-        self.commands = {name: float(self.data.ctrl[at]) for name, at in self._actuators.items()}
-        self.varies = values_of(self.model)
-        self._states = States(self.scene, self.model, others=self.scene.pack())
-        self._reader = Reader(self.scene, self.model, self._states, self.columns)
         self.home = np.empty(self.memory)
         """Memory of the start."""
         mujoco.mj_getState(self.model, self.data, self.home, INTEGRATION)
+        self._places = self._commandable()
+        self.commands = {name: float(self.home[at]) for name, at in self._places.items()}
+        self.varies = values_of(self.model)
+        self._states = States(self.scene, self.model, others=self.scene.pack())
+        self._reader = Reader(self.scene, self.model, self._states, self.columns)
         self.state = self._reader.states(self.home[None])[0]
         """State of the scene at the start, shape (n,)."""
         self.objects = self._reader.objects
         """Numbers of the objects in the model."""
         self._idle = list[tuple[Any, mujoco_rollout.Rollout]]()
+
+    def _commandable(self) -> dict[str, int]:
+        """Where in the memory what a plan may name is."""
+        model, columns = self.model, self.columns
+        addresses = getattr(model, "actuator_ctrladr", range(model.nu))  # as of MuJoCo 4
+        actuators = [model.actuator(i).name or f"actuator{i}" for i in range(model.nu)]
+        pairs = zip(actuators, addresses, strict=True)
+        places = {name: int(columns.controls[at]) for name, at in pairs}
+        for body in self._roles["effector"]:
+            applied = zip(WRENCH, columns.applied[model.body(body).id], strict=True)
+            places |= {f"{body}.{part}": int(at) for part, at in applied}
+        return places
 
     def digest(self) -> str:
         """Of the model's bytes, the start, the version of MuJoCo and the roles of the bodies."""
@@ -190,7 +202,7 @@ class Engine(em.engines.Engine):
         lost = ~(np.abs(paths[:, -1, 0] - start[:, 0] - steps * self.step) <= self.step / 2)
         memory[:, columns.physics], memory[:, columns.warmstart] = paths[:, -1], warm
         for name, values in batch.commands.items():  # which stay until they are set anew
-            memory[:, columns.controls[self._actuators[name]]] = values[:, some][:, -1]
+            memory[:, self._places[name]] = values[:, some][:, -1]
         memory[lost] = np.nan
 
     def _control(self, batch: em.engines.Batch, row: int, user: Floats, some: slice) -> Floats:
@@ -199,7 +211,7 @@ class Engine(em.engines.Engine):
         control = np.empty((len(pushes), user.size))
         control[:] = user
         for name, values in batch.commands.items():
-            control[:, columns.controls_of_user[self._actuators[name]]] = values[row, some]
+            control[:, np.searchsorted(columns.user, self._places[name])] = values[row, some]
         for number, body in enumerate(self.objects):
             first = columns.applied_of_user[body, 0]
             control[:, first : first + 6] += pushes[:, number]

@@ -40,7 +40,6 @@ class Columns:
         """Of each control, and of the wrench on each body, shape (b, 6)."""
         self.mocap = of("MOCAP_POS").reshape(-1, 3), of("MOCAP_QUAT").reshape(-1, 4)
         """Position and quaternion of each mocap body."""
-        self.controls_of_user = np.searchsorted(self.user, self.controls)
         self.applied_of_user = np.searchsorted(self.user, self.applied)
         self.qpos, self.qvel = of("QPOS"), of("QVEL")
         self.qpos_of_physics = np.searchsorted(self.physics, self.qpos)

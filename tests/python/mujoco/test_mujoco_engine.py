@@ -171,6 +171,30 @@ def test_plan_and_policy_set_the_controls():
     assert p.captured == 0.0
 
 
+PUSHED = """<mujoco><worldbody><geom type="plane" size="1 1 .1"/>
+<body name="box" pos="0 0 .05"><freejoint/><geom type="box" size=".05 .05 .05" mass=".5"/></body>
+<body name="pusher" pos="-.08 0 .03"><freejoint/><geom type="sphere" size=".03" mass="1"/></body>
+</worldbody></mujoco>"""
+
+
+def test_a_plan_pushes_bodies_of_the_robot_by_forces():
+    model = model_of(PUSHED)
+    engine = em.mujoco.Engine(model, objects="box", effector="pusher")
+    assert engine.commands["pusher.fx"] == 0.0
+    forces = np.linspace(5.0, 9.0, 100)
+    plan = em.Plan(engine.step, targets={"pusher.fx": forces, "pusher.tz": 0.01 * forces})
+    inside = em.regions.Ball("box", (0, 0, 0.05), 1.0)
+    asked = {"captured": inside, "force": (0, 0, 0), "horizon": 100 * engine.step, "plan": plan}
+    problem = em.engines.problem(engine, **asked)
+    end = em.World(problem.scene, plan).simulate(problem.state, 100).states[-1]
+    data = mujoco.MjData(model)
+    for force in forces:
+        data.xfrc_applied[2, [0, 5]] = force, 0.01 * force
+        mujoco.mj_step(model, data)
+    np.testing.assert_allclose(end, em.mujoco.state(engine.scene, model, data), rtol=1e-12)
+    assert data.body("box").xpos[0] > 0.01
+
+
 def test_effort_and_score_are_found_in_mujoco():
     found = em.escape_effort(cup(), nodes=300, threads=2)
     # Friction 0.4 of 0.3 kg over 2 cm takes 24 mJ, and more until it is out at a check.
