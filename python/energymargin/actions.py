@@ -6,7 +6,7 @@ from energymargin.act.critical import CriticalValue, critical_value, critical_va
 from energymargin.act.guard import Decision, Guard, GuardCounters, ProblemOfAction
 from energymargin.act.improvement import Generation, Improvement, improve
 from energymargin.act.limits import CriticalCurve, CriticalValues, critical_curve, critical_values
-from energymargin.act.outcomes import OutcomeComparison, compare
+from energymargin.act.policy_comparison import OutcomeComparison, compare
 from energymargin.act.profile import MarginProfile, Moment, margin_profile
 from energymargin.act.quantities import Quantity, quantity_of
 from energymargin.act.ranking import Ranking, rank

@@ -8,7 +8,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "search/draws.hpp"
+#include "search/ompl_random.hpp"
 
 namespace energymargin {
 namespace {

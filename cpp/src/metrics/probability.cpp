@@ -14,7 +14,7 @@
 #include "energymargin/membership.hpp"
 #include "energymargin/metrics/guards.hpp"
 #include "metrics/together.hpp"
-#include "problem/design.hpp"
+#include "problem/sobol.hpp"
 #include "search/horizon.hpp"
 
 namespace energymargin {
@@ -27,7 +27,7 @@ constexpr int default_rollouts = 30;
 constexpr std::size_t piece = 4096;
 constexpr std::size_t piece_together = 4 * Policy::block;
 constexpr std::size_t first_together = 16;  // some are better than none once time is over; then as many as there are
-constexpr std::size_t drawn_a_thread = 4;  // by a function, which draws for all of a piece before it begins
+constexpr std::size_t drawn_a_thread = 4;   // by a function, which draws for all of a piece before it begins
 constexpr double confidence_of_tolerance = 0.95;
 
 int most_of(const ProbabilityOptions& options) {

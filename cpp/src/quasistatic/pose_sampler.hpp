@@ -13,7 +13,7 @@
 #include "base/portable.hpp"
 #include "energymargin/limit.hpp"
 #include "quasistatic/landscape.hpp"
-#include "search/draws.hpp"
+#include "search/ompl_random.hpp"
 
 namespace energymargin::quasistatic {
 

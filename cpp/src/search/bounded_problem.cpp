@@ -14,6 +14,7 @@
 #include "base/check.hpp"
 #include "base/thread_pool.hpp"
 #include "energymargin/random.hpp"
+#include "search/confirmation.hpp"
 #include "search/cost_space.hpp"
 #include "search/horizon.hpp"
 

@@ -13,7 +13,7 @@
 #include "energymargin/search/tree.hpp"
 #include "scene/energy.hpp"
 #include "search/cost_space.hpp"
-#include "search/draws.hpp"
+#include "search/ompl_random.hpp"
 
 namespace energymargin::search {
 

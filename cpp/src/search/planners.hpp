@@ -17,7 +17,7 @@
 #include "energymargin/random.hpp"
 #include "energymargin/search/ao.hpp"
 #include "search/cost_space.hpp"
-#include "search/draws.hpp"
+#include "search/ompl_random.hpp"
 
 namespace energymargin::search {
 

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "base/portable.hpp"
-#include "search/draws.hpp"
 #include "search/edge_changes.hpp"
+#include "search/ompl_random.hpp"
 
 namespace energymargin::search {
 

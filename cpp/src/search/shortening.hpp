@@ -11,8 +11,8 @@
 
 #include "base/portable.hpp"
 #include "energymargin/search/ao.hpp"
-#include "search/draws.hpp"
 #include "search/edge_changes.hpp"
+#include "search/ompl_random.hpp"
 #include "search/polish.hpp"
 
 namespace energymargin::search {

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Cancel, Cancelled, Problem
-from energymargin.act.crossing import Search
+from energymargin.act.critical_search import Search
 from energymargin.act.draws import Disturbance, Draws, Question, Trial, Trials, check_uncertainty
 from energymargin.base.checks import function_of
 from energymargin.base.limits import Limit
