@@ -26,7 +26,8 @@ BOX = """<mujoco><worldbody><geom type="plane" size="1 1 .1"/><body name="box" p
 <freejoint/><geom type="box" size=".05 .05 .05" mass=".5"/></body></worldbody></mujoco>"""
 CART = """<mujoco><worldbody><geom type="plane" size="1 1 .1"/><body name="cart" pos="0 0 .049">
 <joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/>
-<joint type="slide" axis="0 0 1"/><joint axis="0 0 1"/><geom type="box" size=".05 .05 .05" mass=".5"/></body></worldbody></mujoco>"""
+<joint type="slide" axis="0 0 1"/><joint axis="0 0 1"/>
+<geom type="box" size=".05 .05 .05" mass=".5"/></body></worldbody></mujoco>"""
 BOWL = "libero_bowl/bowl_on_ramekin.xml"
 KINDS = mujoco.mjtState
 SPEC = KINDS.mjSTATE_CTRL.value | KINDS.mjSTATE_XFRC_APPLIED.value

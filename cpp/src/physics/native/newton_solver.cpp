@@ -11,9 +11,9 @@ constexpr double enough = 0.5;
 constexpr int patience = 8;
 
 // Islands of more movers seldom end after more iterations than these. Then softer contacts come next, with as many as
-// there may be in all.
+// there may be in all. So they do after all others where a hand has so many joints.
 constexpr std::size_t many_movers = 8;
-constexpr int most_of_many = 40;
+constexpr int most_of_many = 40, joints_of_hand = 16;
 
 constexpr double first_level = 0.5;  // of the softness of contacts, where nothing else ends
 
@@ -76,8 +76,10 @@ bool NewtonSolver::harden(const Island& island) {
 // Of several solutions that one is taken which goes on from the state: where something that was squeezed has let go,
 // the step is solved once more from friction that holds it.
 bool NewtonSolver::solve_island(const Island& island, int iterations, double tolerance) {
-  const bool softens = island.movers.size() > many_movers && iterations > most_of_many;
-  const int tried = softens ? most_of_many : iterations, softer = softens ? iterations : 0;
+  const bool many = island.movers.size() > many_movers && iterations > most_of_many;
+  const bool hand =
+      std::any_of(island.movers.begin(), island.movers.end(), [this](int i) { return count(i) >= joints_of_hand; });
+  const int tried = many ? most_of_many : iterations, softer = many || hand ? iterations : 0;
   int left = tried;
   soft_left_ = softer;
   copy(island, velocities_, start_);
