@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -183,6 +185,21 @@ def test_hands_whose_joints_rub_converge(links: int, friction: float) -> None:
 def test_pads_that_twist_converge() -> None:
     scene = hand(4, 1e-3, torsion=0.003)
     assert em.World(scene).simulate(scene.pack(), 240, record=[240]).unconverged == 0
+
+
+def test_a_hand_of_24_joints_makes_and_opens_a_fist_in_steps_that_converge() -> None:
+    robotics = pytest.importorskip("gymnasium_robotics")
+    mujoco = pytest.importorskip("mujoco")
+    file = Path(robotics.__file__).parent / "envs/assets/adroit_hand/adroit_pen.xml"
+    scene = em.scenes.from_mjcf(mujoco.MjModel.from_xml_path(str(file)), mimic_limits="leader")
+    driven = {joint.name: joint.limits for joint in scene.joints if joint.stiffness > 0}
+    assert len(driven) == 24
+    there, still = np.linspace(0, 1, 240), np.ones(60)
+    way = np.concatenate([there, still, 1 - there, 0 * still])
+    starts = {name: np.clip(0, *ends) for name, ends in driven.items()}
+    fist = {name: at + way * (driven[name][1] - at) for name, at in starts.items()}
+    world = em.World(scene, em.Plan(scene.step, targets=fist))
+    assert world.simulate(scene.pack(), len(way)).unconverged == 0  # 11 without softer contacts
 
 
 def tower_in_a_hurry(mass: float) -> em.Scene:
