@@ -10,7 +10,7 @@ CHOSEN = re.compile(  # by the C library, for a processor's extensions
     r"std::(sin|cos|tan|a?sinh?|acos|atan2?|exp|log|log1p)\("
     r"|std::pow\((?!.*, 2\))|AngleAxis|\.slerp\(|ompl::RNG\b"
 )
-HOME = {"portable.hpp", "draws.hpp"}
+HOME = {"portable.hpp", "ompl_random.hpp"}
 
 WITHOUT_LINUX = """
 import os, select, signal, sys
