@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
+from copy import copy
 from functools import cache
 from threading import Event
 from typing import Any
@@ -69,12 +70,10 @@ class Engine(em.engines.Engine):
             require_data(model, data)
         self.model = model
         """The `mujoco.MjModel`."""
-        self.data = mujoco.MjData(self.model)
+        self.data = mujoco.MjData(model) if data is None else copy(data)
         """A `mujoco.MjData` where all starts."""
-        if data is not None:
-            mujoco.mj_copyData(self.data, self.model, data)
-        else:
-            mujoco.mj_forward(self.model, self.data)
+        if data is None:
+            mujoco.mj_forward(model, self.data)
         self.name, self.step = name, float(self.model.opt.timestep)
         self.threads = core_count("threads", threads)
         """Threads that step it."""
@@ -140,8 +139,7 @@ class Engine(em.engines.Engine):
         memory = np.tile(self.home, (len(states), 1))
         for row, state in zip(memory, states, strict=True):
             if not np.array_equal(state, self.state):
-                own = mujoco.MjData(self.model)
-                mujoco.mj_copyData(own, self.model, self.data)
+                own = copy(self.data)
                 self._states.write(own, state)
                 mujoco.mj_getState(self.model, own, row, INTEGRATION)
         return memory

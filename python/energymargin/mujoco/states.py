@@ -15,6 +15,7 @@ import energymargin as em
 from energymargin.base.aliases import Floats
 from energymargin.base.checks import check_shape, check_type
 from energymargin.base.plausibility import warn
+from energymargin.mujoco.kinematics import INTEGRATION
 from energymargin.mujoco.mjcf_bodies import inertia_of
 
 PLACED = 1e-6  # [m], [rad]: what is further off is somewhere else
@@ -303,7 +304,9 @@ def set_state(
     States(scene, model, prefix=prefix, others=scene.pack()).write(own, state)
     for servo in servos(Names(scene, model, prefix), model).values():
         servo.write(own)
-    mujoco.mj_copyData(data, model, own)
+    whole = np.empty(mujoco.mj_stateSize(model, INTEGRATION))
+    mujoco.mj_getState(model, own, whole, INTEGRATION)
+    mujoco.mj_setState(model, data, whole, INTEGRATION)
     mujoco.mj_forward(model, data)
 
 
