@@ -94,6 +94,8 @@ class Engine(em.engines.Engine):
         """Memory of the start."""
         mujoco.mj_getState(self.model, self.data, self.home, INTEGRATION)
         self._places = self._commandable()
+        user = np.searchsorted(self.columns.user, list(self._places.values()))
+        self._places_of_user = dict(zip(self._places, user.tolist(), strict=True))
         self.commands = {name: float(self.home[at]) for name, at in self._places.items()}
         self.varies = values_of(self.model)
         self._states = States(self.scene, self.model, others=self.scene.pack())
@@ -209,7 +211,7 @@ class Engine(em.engines.Engine):
         control = np.empty((len(pushes), user.size))
         control[:] = user
         for name, values in batch.commands.items():
-            control[:, np.searchsorted(columns.user, self._places[name])] = values[row, some]
+            control[:, self._places_of_user[name]] = values[row, some]
         for number, body in enumerate(self.objects):
             first = columns.applied_of_user[body, 0]
             control[:, first : first + 6] += pushes[:, number]

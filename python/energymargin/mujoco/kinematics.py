@@ -1,4 +1,4 @@
-"""Velocities of bodies of a MuJoCo model, for many of its positions and velocities at once."""
+"""Poses and velocities of bodies of a MuJoCo model, for many of its coordinates at once."""
 
 from __future__ import annotations
 
@@ -132,11 +132,8 @@ class Kinematics:
         self, links: Sequence[Link], columns: Columns, memory: Floats, physics: Floats
     ) -> None:
         """Paths begin with whole states, memory (m, h), and go on with physics (m, n - 1, p)."""
-        self._links, self._memory = links, memory
-        count, steps, size = physics.shape
-        self._paths = np.empty((size, count, steps + 1))
-        self._paths[..., 0] = memory[:, columns.physics].T
-        self._paths[..., 1:] = physics.transpose(2, 0, 1)
+        self._links, self._columns = links, columns
+        self._memory, self._physics = memory, physics
         self._found = {0: Moving(np.zeros((3, 1, 1)), None)}
 
     def moving(self, body: int) -> Moving:
@@ -159,26 +156,34 @@ class Kinematics:
         return now
 
     def _free(self, joint: Joint) -> Moving:
-        q, v = self._paths[joint.q :], self._paths[joint.v :]
-        turn = _unit(q[3:7])
-        return Moving(q[:3], turn, v[:3], _turned(turn, v[3:6]))
+        q, v = self._path(joint.q, 7), self._path(joint.v, 6)
+        turn = _unit(q[3:])
+        return Moving(q[:3], turn, v[:3], _turned(turn, v[3:]))
 
     def _after(self, joint: Joint, now: Moving) -> Moving:
         """A frame, once a slide, a hinge or a ball has moved it."""
-        q, v = self._paths[joint.q :], self._paths[joint.v :]
         if joint.kind == BALL:
-            turn = _product(now.turn, _unit(q[:4]))
-            spin = _turned(turn, v[:3])
+            turn = _product(now.turn, _unit(self._path(joint.q, 4)))
+            spin = _turned(turn, self._path(joint.v, 3))
         else:
-            moved, axis = q[:1] - joint.start, _turned(now.turn, joint.axis)
+            moved, axis = self._path(joint.q, 1) - joint.start, _turned(now.turn, joint.axis)
+            speed = axis * self._path(joint.v, 1)
             if joint.kind == SLIDE:
                 now = now.shifted(axis * moved)
-                return now._replace(velocity=_sum(now.velocity, axis * v[:1]))
-            half = moved / 2.0
+                return now._replace(velocity=_sum(now.velocity, speed))
+            half, spin = moved / 2.0, speed
             turn = _product(now.turn, np.concatenate([joint.axis * np.sin(half), np.cos(half)]))
-            spin = axis * v[:1]
         now = now.at(joint.anchor)._replace(turn=turn, spin=_sum(now.spin, spin))
         return now.at(-joint.anchor)
+
+    def _path(self, first: int, count: int) -> Floats:
+        """Some columns of physics that follow each other, shape (count, m, n)."""
+        some = slice(first, first + count)
+        rows, steps, _ = self._physics.shape
+        found = np.empty((count, rows, steps + 1))
+        found[..., 0] = self._memory[:, self._columns.physics[some]].T
+        found[..., 1:] = self._physics[:, :, some].transpose(2, 0, 1)
+        return found
 
 
 def _column(values: ArrayLike) -> Floats:

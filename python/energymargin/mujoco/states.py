@@ -52,7 +52,8 @@ class States:
         self.rest = np.zeros(scene.dimension) if others is None else np.array(others, float)
         """`others`, or zeros."""
         check_shape("others", self.rest, (scene.dimension,))
-        groups = model.body_weldid
+        carriers = model.body_mocapid[model.body_rootid]  # a mocap body counts as the world's
+        groups = list(zip(model.body_weldid.tolist(), carriers.tolist(), strict=True))
         self.bends = [weld for weld in names.welds if groups[weld[1]] != groups[weld[2]]]
         """Those of the welds that are soft; the others are where they are in `rest`."""
         if rigid := [weld for weld in names.welds if weld not in self.bends]:

@@ -126,6 +126,21 @@ def test_a_held_joint_is_a_weld_whose_state_is_read_and_whose_other_states_are_r
         em.mujoco.set_state(model, data, scene, scene.pack(joints={"elbow": 0.5}))
 
 
+def test_a_held_joint_is_where_a_mocap_body_carries_its_child():
+    scene = em.Scene()
+    scene.add_body("base", em.Sphere(0.1), mass=0.0)
+    scene.add_body("arm", em.Sphere(0.1), mass=1.0)
+    scene.add_joint("rail", parent="base", child="arm", type="prismatic", axis=(1, 0, 0), held=True)
+    xml = """<mujoco><worldbody><body name="base"><geom size=".1"/></body>
+<body name="arm" mocap="true"><geom size=".1"/></body></worldbody></mujoco>"""
+    model = mujoco.MjModel.from_xml_string(xml)
+    data = mujoco.MjData(model)
+    for way in (0.1, 0.3):
+        data.mocap_pos[0] = way, 0, 0
+        there = scene.unpack(em.mujoco.state(scene, model, data))
+        assert there["joints"]["rail"]["position"] == pytest.approx(way)
+
+
 @pytest.mark.parametrize("angular", [(0, 0, 0), (0, 0, 1), (1, 1, 1)])
 def test_a_body_with_locked_axes_goes_to_mujoco_and_back(angular):
     scene = with_object(linear_factor=(1, 1, 0), angular_factor=angular)
