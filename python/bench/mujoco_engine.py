@@ -28,6 +28,10 @@ CART = """<mujoco><worldbody><geom type="plane" size="1 1 .1"/><body name="cart"
 <joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/>
 <joint type="slide" axis="0 0 1"/><joint axis="0 0 1"/>
 <geom type="box" size=".05 .05 .05" mass=".5"/></body></worldbody></mujoco>"""
+DOOR = """<mujoco><worldbody><geom type="plane" size="1 1 .1"/><body name="door" pos="0 0 .3">
+<joint axis="0 0 1" damping=".01"/><geom type="box" size=".2 .02 .2" pos=".2 0 0" mass="2"/>
+<body name="handle" pos=".35 0 0"><joint axis="0 1 0" damping=".01"/>
+<geom type="box" size=".05 .01 .01" mass=".2"/></body></body></worldbody></mujoco>"""
 BOWL = "libero_bowl/bowl_on_ramekin.xml"
 KINDS = mujoco.mjtState
 SPEC = KINDS.mjSTATE_CTRL.value | KINDS.mjSTATE_XFRC_APPLIED.value
@@ -41,16 +45,10 @@ def question(engine: em.mujoco.Engine, body: str, force: float) -> em.Problem:
     return em.engines.problem(engine, captured=room, check=8 * engine.step, **bounds)
 
 
-def box() -> em.Problem:
-    """One box on a plane."""
-    model = mujoco.MjModel.from_xml_string(BOX)
-    return question(em.mujoco.Engine(model, objects="box", threads=THREADS), "box", 1.0)
-
-
-def cart() -> em.Problem:
-    """One that stands on slides and a hinge."""
-    model = mujoco.MjModel.from_xml_string(CART)
-    return question(em.mujoco.Engine(model, objects="cart", threads=THREADS), "cart", 1.0)
+def of_mjcf(xml: str, body: str) -> em.Problem:
+    """The question about a body of MJCF."""
+    model = mujoco.MjModel.from_xml_string(xml)
+    return question(em.mujoco.Engine(model, objects=body, threads=THREADS), body, 1.0)
 
 
 def push() -> em.Problem:
@@ -131,7 +129,10 @@ def main(*, real: Path | None = None, rounds: int = 21) -> None:
         real: A folder with LIBERO's bowl.
         rounds: Pairs of each scene.
     """
-    scenes = {"a box": box, "a cart": cart, "push": push, "FetchPush": fetch}
+    scenes: dict[str, Callable[[], em.Problem]] = {"a box": partial(of_mjcf, BOX, "box")}
+    scenes |= {"a cart on slides and a hinge": partial(of_mjcf, CART, "cart")}
+    scenes |= {"a door's handle": partial(of_mjcf, DOOR, "handle")}
+    scenes |= {"push": push, "FetchPush": fetch}
     scenes |= {"LIBERO's bowl": partial(bowl, real)} if real else {}
     print(
         "| scene | MuJoCo alone [us a step] | ours / MuJoCo, CPU | pairs from |\n"

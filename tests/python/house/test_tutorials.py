@@ -76,7 +76,7 @@ def test_a_stored_tutorial_is_small_and_holds_nothing_of_one_run_alone(path):
         assert not [text for text in texts(cell) if OF_ONE_RUN.search(text)]
 
 
-def test_a_tutorial_prints_what_is_stored_in_it_to_the_character(tutorial):
+def test_a_tutorial_prints_what_is_stored_in_it_with_numbers_to_ten_digits(tutorial):
     stored, fresh = tutorial
     assert any(texts(cell) for cell in code_cells(stored))
     for before, now in zip(code_cells(stored), code_cells(fresh), strict=True):
