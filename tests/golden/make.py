@@ -8,6 +8,7 @@ for new ones. Problems are made once: only with --problems are they made again f
 
 from __future__ import annotations
 
+import argparse
 import json
 import sys
 from pathlib import Path
@@ -71,7 +72,9 @@ def part(golden: dict[str, dict[str, str]], improved: bool) -> dict[str, dict[st
 
 def main() -> None:
     """Problems if asked for, and values."""
-    if "--problems" in sys.argv[1:]:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--problems", action="store_true", help="the problems too, from the tasks")
+    if parser.parse_args().problems:
         for name, (seed, frame) in MOMENTS.items():
             task = em.tasks.make(name, **PARAMETERS.get(name, {}))
             ran = task.rollout(seed=seed)

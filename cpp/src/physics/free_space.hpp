@@ -8,6 +8,7 @@
 #include "energymargin/kinematics.hpp"
 #include "physics/bodies/moving_bodies.hpp"
 #include "physics/contacts/collision_pairs.hpp"
+#include "physics/contacts/plane_contacts.hpp"
 
 namespace energymargin {
 

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "physics/contacts/patches.hpp"
+#include "physics/contacts/plane_contacts.hpp"
 
 namespace energymargin {
 namespace {

@@ -5,39 +5,17 @@
 #include <optional>
 #include <utility>
 
-#include "base/portable.hpp"
 #include "physics/contacts/patches.hpp"
+#include "physics/contacts/rims.hpp"
 
 namespace energymargin {
 
-// The plane of contact.
-struct ContactPlane {
-  btVector3 origin, x, y, normal;
-
-  ContactPlane(const btVector3& through, const btVector3& along) : origin(through), normal(along) {
-    btPlaneSpace1(normal, x, y);
-  }
-
-  FaceContacts::Corner operator()(const btVector3& point) const {
-    const btVector3 from = point - origin;
-    return {x.dot(from), y.dot(from), normal.dot(from)};
-  }
-};
+using namespace outlines;
 
 namespace {
 
-using Corner = FaceContacts::Corner;
-using Face = FaceContacts::Face;
-
-constexpr double lying = 0.7;         // sine of the angle between a round solid's axis and the normal
-constexpr double least_tilt = 1e-10;  // sine, of which rounding leaves the direction
-constexpr double parallel = 0.02;     // sine of the angle between two lines that lie on one another
-constexpr double same_angle = 1e-6;   // rad, on a rim: points so near are one
-
-// Shares of the depth.
-constexpr double same_point = 1e-3;       // points so near are one
-constexpr double same_corner = 1e-2;      // corners of a face so near are the ends of an edge along the normal
-constexpr double straight_corner = 1e-6;  // a corner so near the line between its neighbours is none
+// Points so near are one: a share of the depth.
+constexpr double same_point = 1e-3;
 
 // A flat face bears alone if it is more than this share of what is in reach.
 constexpr double mostly = 0.5;
@@ -54,34 +32,6 @@ constexpr double same_direction = 1.0 - 1e-11, across_an_edge = 0.7;
 
 // Cosines between a normal and the faces that may have the right one.
 constexpr double near_face = 0.5, any_face = -0.02;
-
-double cross(const Corner& from, const Corner& to, const Corner& point) {
-  return (to.x - from.x) * (point.y - from.y) - (to.y - from.y) * (point.x - from.x);
-}
-
-double squared_distance(const Corner& a, const Corner& b) {
-  return (a.x - b.x) * (a.x - b.x) + (a.y - b.y) * (a.y - b.y);
-}
-
-Corner between(const Corner& a, const Corner& b, double share) {
-  return {a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.height + share * (b.height - a.height)};
-}
-
-// Calls `visit` with the corners of a cylinder's rim, of which one is the lowest along `down` in its frame, at a
-// height.
-template <typename Visit>
-void for_each_rim_corner(double radius, double z, const btVector3& down, const Visit& visit) {
-  const double across = std::hypot(down.x(), down.y());
-  const btVector3 low =
-      across > least_tilt ? btVector3(down.x(), down.y(), 0.0) * (radius / across) : btVector3(radius, 0.0, 0.0);
-  const btVector3 aside(-low.y(), low.x(), 0.0), height(0.0, 0.0, z);
-  for (const double sign : {1.0, -1.0}) {
-    visit(sign * low + height);
-    visit(sign * aside + height);
-    visit(SIMDSQRT12 * sign * (low + aside) + height);
-    visit(SIMDSQRT12 * sign * (low - aside) + height);
-  }
-}
 
 // Whether the corners of the other side are visited too: those of a thin plate are near.
 bool has_back(const InnerShape& solid) { return solid.is_box() || solid.is_hull(); }
@@ -105,63 +55,6 @@ void for_each_corner(const InnerShape& solid, const btVector3& direction, double
   for_each_rim_corner(half.x(), direction.z() < 0.0 ? -half.z() : half.z(), direction, visit);
 }
 
-void sort(Face& face) {
-  std::sort(face.begin(), face.end(),
-            [](const Corner& a, const Corner& b) { return a.x != b.x ? a.x < b.x : a.y < b.y; });
-}
-
-// Leaves of an edge along the normal its outer end. The corners are sorted, and stay so.
-void merge(Face& face, Face& scratch, double outward, double near) {
-  scratch.clear();
-  bool moved = false;
-  for (const Corner& corner : face) {
-    auto before = scratch.rbegin();
-    while (before != scratch.rend() && corner.x - before->x <= 2.0 * near &&
-           squared_distance(*before, corner) > near * near) {
-      ++before;
-    }
-    if (before == scratch.rend() || corner.x - before->x > 2.0 * near) {
-      scratch.push_back(corner);
-    } else if (outward * corner.height > outward * before->height) {
-      *before = corner;
-      moved = true;
-    }
-  }
-  face.swap(scratch);
-  if (moved) sort(face);
-}
-
-// Leaves the corners of the convex hull, in counter-clockwise order (Andrew 1979).
-void order(Face& face, Face& scratch, double outward, double depth) {
-  if (face.size() < 2) return;
-  sort(face);
-  merge(face, scratch, outward, same_corner * depth);
-  if (face.size() < 3) return;
-  scratch.clear();
-  const double offset = straight_corner * depth;
-  const auto turns_left = [&](const Corner& a, const Corner& b, const Corner& c) {
-    const double twice_area = cross(a, b, c);
-    return twice_area > 0.0 && twice_area * twice_area > offset * offset * squared_distance(a, c);
-  };
-  const auto add = [&](const Corner& corner, std::size_t first) {
-    while (scratch.size() >= first + 2 && !turns_left(scratch[scratch.size() - 2], scratch.back(), corner)) {
-      scratch.pop_back();
-    }
-    scratch.push_back(corner);
-  };
-  for (const Corner& corner : face) add(corner, 0);
-  const std::size_t lower = scratch.size() - 1;
-  for (auto corner = face.rbegin() + 1; corner != face.rend(); ++corner) add(*corner, lower);
-  scratch.pop_back();
-  face.swap(scratch);
-}
-
-double area(const Face& face) {
-  double twice = 0.0;
-  for (std::size_t i = 2; i < face.size(); ++i) twice += cross(face[0], face[i - 1], face[i]);
-  return 0.5 * twice;
-}
-
 // How far a solid's corners reach along a direction in its frame, at least and at most.
 std::pair<double, double> extent(const InnerShape& solid, const btVector3& direction) {
   if (solid.is_hull()) return solid.extent(direction);
@@ -181,14 +74,12 @@ void find_face(const InnerShape& solid, const btTransform& pose, const ContactPl
   const std::pair<double, double> along_normal = extent(solid, direction);
   const double most = along_normal.second;
   if (has_back(solid)) depth = std::min(depth, 0.5 * (most - along_normal.first));
-  // A hull's corners may be as sharp as needles: they make its face as wide as it is, and no deeper than it is rounded.
-  const double reached = BT_LARGE_FLOAT;
   const double outside = has_back(solid) || solid.is_cylinder() ? 0.0 : solid.margin();
   const auto add = [&](const btVector3& point) {
     const double along = direction.dot(point);
     if (along < most - depth) return;
     face.push_back(plane(pose(point)));
-    face.back().height += outward * (std::min(along + outside, reached) - along);
+    face.back().height += outward * (along + outside - along);
   };
   for_each_corner(solid, direction, depth, add);
   const std::size_t found = face.size();
@@ -200,233 +91,6 @@ void find_face(const InnerShape& solid, const btTransform& pose, const ContactPl
   face.clear();
   for (const btVector3& corner : flat->corners) add(corner);
   order(face, scratch, outward, depth);
-}
-
-// What of a face or a line is on the left of the line from `from` to `to`.
-void cut(Face& face, Face& scratch, const Corner& from, const Corner& to) {
-  scratch.clear();
-  const std::size_t ends = face.size() == 2 ? 1 : face.size();  // a line has one edge
-  if (face.size() == 2 && cross(from, to, face[0]) >= 0.0) scratch.push_back(face[0]);
-  for (std::size_t i = 0; i < ends; ++i) {
-    const Corner& a = face[i];
-    const Corner& b = face[(i + 1) % face.size()];
-    const double of_a = cross(from, to, a);
-    const double of_b = cross(from, to, b);
-    if ((of_a < 0.0) != (of_b < 0.0)) scratch.push_back(between(a, b, of_a / (of_a - of_b)));
-    if (of_b >= 0.0) scratch.push_back(b);
-  }
-  face.swap(scratch);
-}
-
-// What of a line lies beside another one, unless they cross.
-void cut_to_line(Face& line, Face& scratch, const Face& other) {
-  const Corner& a = other[0];
-  const Corner& b = other[1];
-  const Corner along{b.x - a.x, b.y - a.y, 0.0};
-  const Corner of_line{line[1].x - line[0].x, line[1].y - line[0].y, 0.0};
-  const double sine = along.x * of_line.y - along.y * of_line.x;
-  const Corner origin{0.0, 0.0, 0.0};
-  if (sine * sine > parallel * parallel * squared_distance(origin, along) * squared_distance(origin, of_line)) {
-    return line.clear();
-  }
-  const auto beside = [&](const Corner& end) { return Corner{end.x - along.y, end.y + along.x, 0.0}; };
-  cut(line, scratch, beside(a), a);
-  cut(line, scratch, b, beside(b));
-}
-
-// Leaves out corners that are nearer than `offset` to the line between their neighbours: edges that nearly lie on one
-// another cross anywhere.
-void straighten(Face& face, Face& scratch, double offset) {
-  scratch.clear();
-  for (std::size_t i = 0; i < face.size(); ++i) {
-    const Corner& before = scratch.empty() ? face.back() : scratch.back();
-    const Corner& first = scratch.empty() ? face.front() : scratch.front();
-    const Corner& after = i + 1 < face.size() ? face[i + 1] : first;
-    const double twice_area = cross(before, face[i], after);
-    if (twice_area * twice_area > offset * offset * squared_distance(before, after)) scratch.push_back(face[i]);
-  }
-  if (scratch.size() > 2) face.swap(scratch);
-}
-
-bool is_inside(const Face& face, const Corner& point) {
-  for (std::size_t i = 0; i < face.size(); ++i) {
-    if (cross(face[i], face[(i + 1) % face.size()], point) < 0.0) return false;
-  }
-  return true;
-}
-
-// Height of a line or a face at a point of the plane.
-double height_at(const Face& face, const Corner& point) {
-  if (face.size() == 2) {
-    const Corner& a = face[0];
-    const Corner& b = face[1];
-    const double share = ((point.x - a.x) * (b.x - a.x) + (point.y - a.y) * (b.y - a.y)) / squared_distance(a, b);
-    return between(a, b, std::clamp(share, 0.0, 1.0)).height;
-  }
-  // Of the triangles from the first corner on, the first that the point is in, or the last one.
-  for (std::size_t i = 1;; ++i) {
-    const Corner& a = face[0];
-    const Corner& b = face[i];
-    const Corner& c = face[i + 1];
-    if (i + 2 < face.size() && cross(a, c, point) > 0.0) continue;
-    const double whole = cross(a, b, c);
-    const double of_b = cross(a, point, c) / whole;
-    const double of_c = cross(a, b, point) / whole;
-    return a.height + of_b * (b.height - a.height) + of_c * (c.height - a.height);
-  }
-}
-
-// How a face rises along the plane of contact.
-struct Slope {
-  double x = 0.0, y = 0.0;
-};
-
-Slope slope_of(const Face& face) {
-  btVector3 normal(0.0, 0.0, 0.0);
-  for (std::size_t i = 2; i < face.size(); ++i) {
-    const auto from_first = [&](std::size_t k) {
-      return btVector3(face[k].x - face[0].x, face[k].y - face[0].y, face[k].height - face[0].height);
-    };
-    normal += from_first(i - 1).cross(from_first(i));
-  }
-  return normal.z() > 0.0 ? Slope{-normal.x() / normal.z(), -normal.y() / normal.z()} : Slope{};
-}
-
-// The circle around a cylinder's end: center + cos x + sin y.
-struct Rim {
-  Corner center, x, y;
-
-  Corner at(double angle) const {
-    const double cosine = portable::cos(angle), sine = portable::sin(angle);
-    return {center.x + cosine * x.x + sine * y.x, center.y + cosine * x.y + sine * y.y,
-            center.height + cosine * x.height + sine * y.height};
-  }
-
-  // The same, with the circle as unit circle.
-  std::pair<double, double> scaled(const Corner& point) const {
-    const double whole = x.x * y.y - x.y * y.x, of_x = point.x - center.x, of_y = point.y - center.y;
-    return {(of_x * y.y - of_y * y.x) / whole, (x.x * of_y - x.y * of_x) / whole};
-  }
-
-  bool is_clockwise() const { return x.x * y.y < x.y * y.x; }
-  double radius() const { return std::sqrt(x.x * x.x + x.y * x.y + x.height * x.height); }
-  Slope slope() const {
-    const double whole = x.x * y.y - x.y * y.x;
-    return {(x.height * y.y - y.height * x.y) / whole, (x.x * y.height - y.x * x.height) / whole};
-  }
-};
-
-// That of the end that faces `outward` along the normal, unless the cylinder lies on its side.
-std::optional<Rim> rim_of(const InnerShape& solid, const btTransform& pose, const ContactPlane& plane, double outward) {
-  if (!solid.is_cylinder()) return std::nullopt;
-  const btVector3 direction = plane.normal * outward * pose.getBasis();
-  if (std::hypot(direction.x(), direction.y()) > lying) return std::nullopt;
-  const double radius = solid.half().x() + solid.margin(), z = solid.half().z() + solid.margin();
-  const auto along = [&](const btVector3& arm) {
-    return Corner{plane.x.dot(arm), plane.y.dot(arm), plane.normal.dot(arm)};
-  };
-  return Rim{plane(pose(btVector3(0.0, 0.0, direction.z() < 0.0 ? -z : z))),
-             along(pose.getBasis().getColumn(0) * radius), along(pose.getBasis().getColumn(1) * radius)};
-}
-
-// Where a circle crosses the edges of a face or a line.
-void add_crossings(const Rim& rim, const Face& other, std::vector<double>& angles) {
-  for (std::size_t i = other.size() == 2 ? 1 : 0; i < other.size(); ++i) {
-    const auto [from_x, from_y] = rim.scaled(other[i]);
-    const auto [to_x, to_y] = rim.scaled(other[(i + 1) % other.size()]);
-    const double along_x = to_x - from_x, along_y = to_y - from_y, square = along_x * along_x + along_y * along_y;
-    const double half = from_x * along_x + from_y * along_y;
-    const double root = half * half - square * (from_x * from_x + from_y * from_y - 1.0);
-    if (!(root > 0.0 && square > 0.0)) continue;
-    for (const double sign : {-1.0, 1.0}) {
-      const double share = (sign * std::sqrt(root) - half) / square;
-      if (share < 0.0 || share > 1.0) continue;
-      angles.push_back(portable::atan2(from_y + share * along_y, from_x + share * along_x));
-    }
-  }
-}
-
-// Where it crosses another circle.
-void add_crossings(const Rim& rim, const Rim& other, std::vector<double>& angles) {
-  const auto [x, y] = rim.scaled(other.center);
-  const double away = std::hypot(x, y), ratio = other.radius() / rim.radius();
-  if (!(away > std::abs(1.0 - ratio) && away < 1.0 + ratio)) return;
-  const double half = portable::acos((1.0 + away * away - ratio * ratio) / (2.0 * away));
-  angles.push_back(portable::atan2(y, x) + half);
-  angles.push_back(portable::atan2(y, x) - half);
-}
-
-// The corners of a rim within `depth` of its outermost one: it bears where its circle does, so they are at eighths of a
-// turn from where it is nearest to a face of that slope, however little nearer, and at `angles`. Whether all are.
-bool find_rim(const Rim& rim, double outward, double depth, const Slope& other, std::vector<double>& angles,
-              Face& face) {
-  const double x = rim.x.height - other.x * rim.x.x - other.y * rim.x.y;
-  const double y = rim.y.height - other.x * rim.y.x - other.y * rim.y.y;
-  const double nearest = std::hypot(x, y) > least_tilt * rim.radius() ? portable::atan2(outward * y, outward * x) : 0.0;
-  for (int eighth = 0; eighth < 8; ++eighth) angles.push_back(nearest + SIMD_2_PI / 8.0 * eighth);
-  for (double& angle : angles) angle -= SIMD_2_PI * std::floor((angle - nearest) / SIMD_2_PI);
-  std::sort(angles.begin(), angles.end());
-  const auto is_same = [](double angle, double next) { return next - angle < same_angle; };
-  angles.erase(std::unique(angles.begin(), angles.end(), is_same), angles.end());
-  if (angles.front() + SIMD_2_PI - angles.back() < same_angle) angles.pop_back();
-  if (rim.is_clockwise()) std::reverse(angles.begin(), angles.end());
-  const double most = outward * rim.center.height + std::hypot(rim.x.height, rim.y.height);
-  face.clear();
-  for (const double angle : angles) {
-    const Corner corner = rim.at(angle);
-    if (outward * corner.height >= most - depth) face.push_back(corner);
-  }
-  return face.size() == angles.size();
-}
-
-// Where two lines cross, if they do and are not parallel.
-std::optional<Corner> crossing(const Face& line, const Face& other) {
-  const double along_x = line[1].x - line[0].x, along_y = line[1].y - line[0].y;
-  const double other_x = other[1].x - other[0].x, other_y = other[1].y - other[0].y;
-  const double sine = along_x * other_y - along_y * other_x;
-  const double lengths = squared_distance(line[0], line[1]) * squared_distance(other[0], other[1]);
-  if (!(sine * sine > parallel * parallel * lengths)) return std::nullopt;
-  const double from_x = other[0].x - line[0].x, from_y = other[0].y - line[0].y;
-  const double share = (from_x * other_y - from_y * other_x) / sine;
-  const double of_other = (from_x * along_y - from_y * along_x) / sine;
-  if (share < 0.0 || share > 1.0 || of_other < 0.0 || of_other > 1.0) return std::nullopt;
-  return between(line[0], line[1], share);
-}
-
-// A cylinder stands upright if its axis is as near to the vertical: square of the sine.
-constexpr double upright = 1e-6;
-
-// Of heights above a plane, a share of the coordinates that they come from: more than there is.
-constexpr double rounding_of_heights = 1e-12;
-
-// Calls `visit` with every point of a solid that can be its lowest one along `down`, all in its own frame; of a hull
-// with those that can be within `depth` of it [m].
-template <typename Visit>
-void for_each_low_point(const InnerShape& solid, const btVector3& down, double depth, const Visit& visit) {
-  const auto ends = [&](const btVector3& half, const btVector3& side) {
-    visit(side + half);
-    visit(side - half);
-  };
-  switch (solid.kind()) {
-    case CYLINDER_SHAPE_PROXYTYPE: {
-      // On each rim the lowest point, however little it is lower, and those eighths of a turn from it: a stand that
-      // tips where its circle does, and a smooth roll.
-      const btVector3 half = solid.half() + btVector3(solid.margin(), solid.margin(), solid.margin());
-      for (const double z : {half.z(), -half.z()}) for_each_rim_corner(half.x(), z, down, visit);
-      return;
-    }
-    case CAPSULE_SHAPE_PROXYTYPE:
-      return ends(btVector3(0.0, 0.0, solid.half().z()), down * solid.margin());
-    case SPHERE_SHAPE_PROXYTYPE:
-      return visit(down * solid.margin());
-    default:
-      solid.for_each_corner_near(down, depth, visit);
-  }
-}
-
-// Whether a solid is a cylinder on its round face.
-bool stands(const InnerShape& solid, const btVector3& down) {
-  return solid.is_cylinder() && down.x() * down.x() + down.y() * down.y() <= upright;
 }
 
 }  // namespace
@@ -644,32 +308,6 @@ void FaceContacts::move_grips() {
   btVector3 center(0, 0, 0);
   for (const FacePoint& point : points_) center += point.on_b / static_cast<double>(points_.size());
   for (FacePoint& point : points_) point.grip = center + (point.on_b - center) * grip_share;
-}
-
-void find_plane_contacts(const InnerShape& solid, const btTransform& pose, const WorldPlane& plane, double reach,
-                         std::vector<FacePoint>& points) {
-  points.clear();
-  const btVector3 down = -plane.normal * pose.getBasis();
-  const bool rubs_inside = stands(solid, down);
-  double middle = 0.0, depth = BT_LARGE_FLOAT;
-  if (solid.is_hull()) {  // its frame may be anywhere
-    const auto [top, low] = extent(solid, down);
-    const double height = plane.normal.dot(pose.getOrigin()) - plane.offset - low;
-    middle = 0.5 * (top + low);
-    depth = reach - height + rounding_of_heights * (std::abs(plane.offset) + pose.getOrigin().length() + std::abs(low));
-    if (depth < 0.0) return;
-  }
-  for_each_low_point(solid, down, depth, [&](const btVector3& point) {
-    if (down.dot(point) < middle) return;  // the top of a thin body is in reach too, and must not carry it
-    const btVector3 on_solid = pose * point;
-    const double distance = plane.normal.dot(on_solid) - plane.offset;
-    if (distance >= reach) return;
-    const btVector3 on_plane = on_solid - plane.normal * distance;
-    points.push_back({on_plane, on_plane, distance});
-    if (!rubs_inside) return;
-    const btVector3 grip = pose * btVector3(grip_share * point.x(), grip_share * point.y(), point.z());
-    points.back().grip = grip - plane.normal * distance;
-  });
 }
 
 }  // namespace energymargin

@@ -1,11 +1,12 @@
 #pragma once
-// Contacts of two solids whose faces or lines may lie on one another, and of a solid with a plane.
+// Contacts of two solids whose faces or lines may lie on one another.
 
 #include <algorithm>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "physics/contacts/outlines.hpp"
 #include "physics/contacts/solid_pair.hpp"
 
 namespace energymargin {
@@ -31,8 +32,6 @@ struct ContactReach {
   double reach() const { return std::max(depth, early); }
 };
 
-struct ContactPlane;
-
 //! The corners of what two faces share, or the ends of what two lines or a line and a face do.
 class FaceContacts {
  public:
@@ -56,14 +55,6 @@ class FaceContacts {
   const std::vector<FacePoint>& points() const { return points_; }
   const std::optional<Edge>& edge() const { return edge_; }
 
-  //! A corner, in the plane of contact and along its normal [m].
-  struct Corner {
-    double x, y, height;
-  };
-
-  //! In counter-clockwise order: a face; two corners: a line; one: a point.
-  using Face = std::vector<Corner>;
-
  private:
   // Finds those of solids with sharp edges from the closest points of rounded ones, whose normal is `normal` before.
   void find_sharp(SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b, const ClosestPoints& closest,
@@ -73,7 +64,7 @@ class FaceContacts {
                    const btVector3& normal, const ContactReach& near);
   // Sets the outermost faces along a normal, as far as they are within `depth`. Whether each is a whole round one.
   std::pair<bool, bool> find_faces(const SolidPair& solids, const btTransform& pose_a, const btTransform& pose_b,
-                                   const ContactPlane& plane, double depth);
+                                   const outlines::ContactPlane& plane, double depth);
   void move_grips();
   double least_distance() const;  // of the points
   // Finds the faces as near to a normal as that cosine. Whether one has it.
@@ -89,7 +80,7 @@ class FaceContacts {
                const btVector3& slanted) const;
 
   std::optional<Edge> edge_;
-  Face a_, b_, shared_, scratch_;
+  outlines::Face a_, b_, shared_, scratch_;
   std::vector<double> angles_;
   // A face's normal, from b to a, and the most that the solids can be apart along it: the height of the other's closest
   // point above the face [m].
@@ -101,28 +92,5 @@ class FaceContacts {
   std::vector<Axis> faces_;
   std::vector<FacePoint> points_;
 };
-
-//! Where a plane is in the world: normal . x = offset.
-struct WorldPlane {
-  btVector3 normal;
-  double offset;  // [m]
-
-  WorldPlane(const btStaticPlaneShape& plane, const btTransform& pose)
-      : normal(pose.getBasis() * plane.getPlaneNormal()),
-        offset(plane.getPlaneConstant() + normal.dot(pose.getOrigin())) {}
-};
-
-//! The closest point of a solid, seen with sharp edges, to a plane, on the plane.
-inline ClosestPoints closest_to_plane(const InnerShape& solid, const btTransform& pose, const WorldPlane& plane) {
-  const btVector3 down = -plane.normal;
-  const btVector3 lowest = pose(solid.support(down * pose.getBasis())) + down * solid.margin();
-  const double distance = plane.normal.dot(lowest) - plane.offset;
-  return {plane.normal, lowest + down * distance, distance};
-}
-
-//! Sets `points` to all points of a solid within `reach` of a plane [m], at once: a body that slides fast would lose
-//! those that Bullet gathers over several steps, sink and tilt.
-void find_plane_contacts(const InnerShape& solid, const btTransform& pose, const WorldPlane& plane, double reach,
-                         std::vector<FacePoint>& points);
 
 }  // namespace energymargin
