@@ -28,8 +28,6 @@ IMPROVED = {piece.name: piece.load().improved for piece in PIECES}
 # Blocks that were made by an engine of other bits. Who makes one anew takes it off; nobody adds one
 # but with a change of the bits that is meant (CONTRIBUTING.md).
 OLD: set[str] = {
-    "bench",
-    "bench-error",
     "bench-monitor",
     "bench-scale",
 }
