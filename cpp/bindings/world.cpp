@@ -260,8 +260,11 @@ void def_queries(WorldClass& type) {
 }  // namespace
 
 void bind_world(py::module_& module) {
-  bind_record<Contact>(module, "Contact", "One point where two bodies touch, and the forces there over the last step.",
-                       {0});
+  bind_record<Contact>(
+      module, "Contact",
+      "One point where two bodies touch, and the forces there over the last part of its step: where bodies come into "
+      "contact or bounce, a step has several. What a Feedback observes as \"force(a, b)\" is the mean over a step.",
+      {0});
   bind_results(module);
   WorldClass type(module, "World", collected<SharedWorld>(),
                   "One simulation of a Scene, in which the robot follows a plan if there is one. Every result is a "

@@ -89,7 +89,8 @@ struct RolloutQuestion {
 //! The push of these wrenches.
 Push push(const Disturbance& wrenches, int steps);
 
-//! One point where two bodies touch, and the forces there over the last step.
+//! One point where two bodies touch, and the forces there over the last part of its step: where bodies come into
+//! contact or bounce, a step has several. What a Feedback observes as "force(a, b)" is the mean over a step.
 struct Contact {
   std::string body_a, body_b;
   Vector3 position = Vector3::Zero();          //!< on body_b [m]

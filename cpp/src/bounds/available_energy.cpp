@@ -4,10 +4,12 @@
 #include "bounds/barrier_bound.hpp"
 #include "bounds/convex_piece.hpp"
 #include "scene/energy.hpp"
+#include "scene/scene_checks.hpp"
 
 namespace energymargin::bounds {
 namespace {
 
+constexpr double closed = 1e-6;    // m and rad: ends of a loop so near are together
 constexpr double parallel = 1e-9;  // of a load and the normal of the plane under it
 
 bool at_rest(const Problem& problem, std::size_t body) {
@@ -47,6 +49,7 @@ class Stores {
     for (std::size_t body = 0; body < scene_.bodies().size(); ++body) {
       if (body != subject_.object && !immovable_[body] && scene_.bodies()[body].dynamic()) add_weight(body);
     }
+    add_beyond();
     add_overlaps();
     return energy_;
   }
@@ -159,6 +162,24 @@ class Stores {
       if (immovable_[below]) break;
     }
     return std::max(length - down.dot(center - point), 0.0);
+  }
+
+  // What begins beyond a stop, or apart from what it is tied to, is pulled home, and lifts what rests on it.
+  void add_beyond() {
+    const StateLayout layout(scene_);
+    for (std::size_t i = 0; i < scene_.joints().size(); ++i) {
+      const Joint& joint = scene_.joints()[i];
+      if (!joint.moves() || beyond_limits(joint, layout.joint(problem_.state.data(), i).position) == 0.0) continue;
+      without_end("joint '" + joint.name + "' begins beyond its limit, which pushes it back");
+    }
+    for (const Loop& loop : scene_.loops()) {
+      const BodyState a = state_at_point(loop.point_a, subject_.at(scene_.index(loop.body_a)));
+      const BodyState b = state_at_point(loop.point_b, subject_.at(scene_.index(loop.body_b)));
+      const double turn = (a.orientation * loop.orientation_a).angularDistance(b.orientation * loop.orientation_b);
+      if ((a.position - b.position).norm() <= closed && !(loop.type == LoopType::weld && turn > closed)) continue;
+      without_end("the ends of loop '" + loop.body_a + "' - '" + loop.body_b +
+                  "' begin apart, and are pulled together");
+    }
   }
 
   // Bodies that overlap at the start are pushed apart, each by no more than the overlaps below it, against their loads.

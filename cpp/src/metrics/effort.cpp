@@ -51,7 +51,11 @@ Escape find_escape(const Problem& problem, const EffortOptions& options) {
   Escape escape = find_escape(problem, options, search::Confirm::best);
   if (escape.discarded == 0) return escape;
   if (options.node_counter) *options.node_counter -= escape.nodes();
-  return find_escape(problem, options, search::Confirm::each_turn);
+  Escape again = find_escape(problem, options, search::Confirm::each_turn);
+  if (again.complete || again.effort < escape.effort) return again;
+  if (options.node_counter) *options.node_counter += escape.nodes() - again.nodes();
+  escape.complete = false;
+  return escape;
 }
 
 // Independent searches by their number. The first of those of least effort is kept, of the others what they counted.

@@ -100,6 +100,7 @@ class TwoStepEstimate {
     while (true) {
       const auto again = static_cast<int>(std::ceil(choice->share * wanted));
       const bool complete = grow(choice->problem, wanted, coarse_) && grow(problem_, again, fine_);
+      if (!first_) options_.limit.require();
       CaptureProbability p = result(*choice, looks);
       p.complete = complete;
       const Interval ends = interval_of_capture(p, confidence);
@@ -117,6 +118,11 @@ class TwoStepEstimate {
     return capture_probability(problem, options);
   }
 
+  void count(const CaptureProbability& p, const Problem& problem) {
+    counts_ += p;
+    simulated_ += static_cast<double>(p.steps) * problem.scene.stepping().step;
+  }
+
   // The step, and the share that takes both, with which an answer as sure takes the fewest steps, by a trial.
   std::optional<Choice> choose(const std::optional<double>& long_step) {
     TwoStepEstimate trial = *this;
@@ -125,14 +131,14 @@ class TwoStepEstimate {
     trial.options_.rollout_counter = nullptr;
     const CaptureProbability own = trial.ask(problem_, 0, tried);
     if (!own.complete) options_.limit.require();
-    counts_ += own;
+    count(own, problem_);
     const double cost = static_cast<double>(own.steps) / tried;
     double least = long_step ? std::numeric_limits<double>::infinity() : cost * variance(own.all.captured());
     std::optional<Choice> best;
     const auto look = [&](const Problem& problem) {
       const CaptureProbability p = trial.ask(problem, 0, tried);
       if (!p.complete) options_.limit.require();
-      counts_ += p;
+      count(p, problem);
       const Pairs pairs = pairs_of(exits_of(p), exits_of(own), horizon_of(own), 0.5 * step_);
       const double differ = (pairs.better + pairs.worse + 1.0) / (pairs.count + 2.0);
       const double of_long = variance(p.all.captured()), cost_of_long = static_cast<double>(p.steps) / tried;
@@ -178,7 +184,7 @@ class TwoStepEstimate {
       const std::vector<double> exits = exits_of(p);
       level.exits.insert(level.exits.end(), exits.begin(), exits.end());
       level.diverged += p.diverged;
-      counts_ += p;
+      count(p, problem);
       if (&level == &fine_ && there == 0) first_ = std::move(p);
     } catch (const Cancelled&) {
       if (!first_) throw;
@@ -217,7 +223,7 @@ class TwoStepEstimate {
     const double spread = q * (1.0 - q) / of.rollouts + differ / of.pairs, captured = p.all.captured();
     p.effective = spread > 0.0 && captured * (1.0 - captured) > 0.0 ? captured * (1.0 - captured) / spread : of.pairs;
     p.effective_of_parts = p.effective;
-    p.warnings = implausible(p, problem_);
+    p.warnings = implausible(counts_, simulated_);
     return p;
   }
 
@@ -237,6 +243,7 @@ class TwoStepEstimate {
   double step_;
   Level coarse_, fine_;
   StepCounts counts_{};
+  double simulated_ = 0.0;                   // [s]
   std::optional<CaptureProbability> first_;  // of the scene's step
 };
 

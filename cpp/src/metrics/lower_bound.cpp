@@ -47,6 +47,12 @@ LowerBound effort_lower_bound(const Problem& problem, const LowerBoundOptions& o
   validate(options);
   validate(problem);
   require_disturbed(problem, "effort_lower_bound");
+  const Stepping& stepping = problem.scene.stepping();
+  if (stepping.simulator || stepping.engine != EngineKind::native) {
+    LowerBound none;
+    none.reason = "only in the engine 'native' does nothing come through anything, which the proof needs";
+    return none;
+  }
   const Region& captured = capture_set(problem, options.captured);
   const std::vector<Region> sets = captured_by_object(problem);
   const std::vector<std::size_t> objects = problem.scene.with_role(Role::object);

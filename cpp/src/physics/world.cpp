@@ -63,8 +63,8 @@ struct World::Player {
   std::optional<SimulatedRollouts> simulated;  // then `engine` steps nothing
   std::vector<LoadedMotion> before{};          // as a substep begins
 
-  // One step under loads; its work, effort, lost time and convergence are added to `result`.
-  void step(const std::vector<Load>& loads, Rollout& result, Auditor* auditor) {
+  // One step under loads, which `acting` feels; its work, effort, lost time and convergence are added to `result`.
+  void step(const std::vector<Load>& loads, std::optional<Robot>& acting, Rollout& result, Auditor* auditor) {
     double left = engine.scene().stepping().step;
     bool first = true, converged = true;
     while (left > 0.0) {
@@ -78,7 +78,7 @@ struct World::Player {
         result.work += work;
       }
       if (auditor) auditor->end(substep);
-      if (robot) robot->feel(engine, std::exchange(first, false));
+      if (acting) acting->feel(engine, std::exchange(first, false));
       left -= substep.duration;
       result.lost_time += substep.lost;
       converged = converged && substep.converged;
@@ -193,7 +193,7 @@ Rollout World::rollout_unchecked(const State& state, const std::vector<Push>& pu
         result.complete = !over;
         if (over) break;
       }
-      player_->step(loads, result, auditor ? &*auditor : nullptr);
+      player_->step(loads, robot, result, auditor ? &*auditor : nullptr);
       ++result.steps;
       if (next != watch.record.end() && *next == result.steps) {
         result.recorded.push_back({result.steps, result.effort, {}});
@@ -254,7 +254,7 @@ std::vector<Frame> World::simulate(const State& state, const Plan& besides, int 
     for (std::optional<Robot>* robot : {&player_->robot, &second}) {
       if (*robot && !(*robot)->act(engine, i - 1, limit)) limit.require();
     }
-    player_->step({}, whole, nullptr);
+    player_->step({}, player_->robot, whole, nullptr);
     if (i != *next) continue;
     frames.push_back({i * step, {}, {}, engine.contacts(), whole.unconverged, whole.lost_time});
     engine.read(frames.back().state);
@@ -291,7 +291,7 @@ std::vector<Contact> World::contacts(const State& state) {
   validate(scene(), state);
   player_->engine.restore(state);
   Rollout whole;
-  player_->step({}, whole, nullptr);
+  player_->step({}, player_->robot, whole, nullptr);
   return player_->engine.contacts();
 }
 

@@ -125,9 +125,23 @@ std::vector<Push> pushes(const Wrenches& rows, int steps) {
   return sequence;
 }
 
+// Behind its end a plan with a feedback has its last row, up to so many.
+void extend(Plan& plan, Eigen::Index rows) {
+  const auto add = [rows](auto& all) {
+    const Eigen::Index before = all.rows();
+    if (before >= rows) return;
+    all.conservativeResize(rows, all.cols());
+    all.bottomRows(rows - before).rowwise() = all.row(before - 1).eval();
+  };
+  for (Drive& drive : plan.wrenches) add(drive.wrenches);
+  for (Targets& targets : plan.targets) add(targets.positions);
+  for (Servo& servo : plan.velocities) add(servo.velocities);
+}
+
 // The problem's plan, a row a step, with wrenches on each body that it drives by a force.
 Plan rows_for_noise(const Problem& problem) {
   Plan plan = fine_rows(*problem.plan, problem.scene.stepping().step);
+  if (plan.feedback) extend(plan, timing_of(problem)->horizon);
   for (const Servo& servo : problem.plan->velocities) {
     const auto has_it = [&servo](const Drive& drive) { return drive.body == servo.body; };
     if (problem.scene.body(servo.body).kinematic) continue;

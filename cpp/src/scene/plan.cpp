@@ -149,14 +149,27 @@ void validate(const Plan& plan, const Scene& scene, const std::string& wrenches)
   }
 }
 
+// How far a body of a tree may be from where the tree's root is, its joints' ways aside [m].
+double reach_in_tree(const Scene& scene, std::size_t body) {
+  double reach = scene.inertial(body).center.norm() + reach_from(scene.bodies()[body].shape, Vector3::Zero());
+  for (auto joint = scene.joint_to(body); joint; joint = scene.joint_to(body)) {
+    const Joint& above = scene.joints()[*joint];
+    reach += above.in_parent.position.norm() + above.in_child.position.norm();
+    body = scene.index(above.parent);
+  }
+  return reach;
+}
+
 Servo with_default_limits(const Scene& scene, Servo servo) {
   if (scene.body(servo.body).kinematic) return servo;
-  double mass = 0.0;
+  double mass = 0.0, reach = reach_from(scene.body(servo.body).shape, Vector3::Zero());
+  const bool has_shape = reach > 0.0;
   const std::size_t root = scene.index(servo.body);
   for (std::size_t i = 0; i < scene.bodies().size(); ++i) {
-    if (scene.root(i) == root) mass += scene.bodies()[i].mass;
+    if (scene.root(i) != root) continue;
+    mass += scene.bodies()[i].mass;
+    if (!has_shape) reach = std::max(reach, reach_in_tree(scene, i));
   }
-  const double reach = reach_from(scene.body(servo.body).shape, Vector3::Zero());
   if (!servo.force) servo.force = share_of_weight * mass * standard_gravity;
   if (!servo.torque) servo.torque = *servo.force * reach;
   return servo;
@@ -194,13 +207,16 @@ Plan coarse_rows(const Plan& plan, double step) {
 }
 
 Plan rest_of(const Plan& plan, int done, double step, const Eigen::VectorXd& memory) {
-  const int each = static_cast<int>(std::lround(plan.step / step)), rows = plan.rows();
-  if (done < 0 || (done >= each * rows && !plan.feedback)) {
-    reject("done", std::to_string(done), plan.feedback ? "0 or more" : "0 to " + std::to_string(each * rows - 1));
+  const double each = plan.step / step;
+  const Eigen::Index end = first_of(plan.rows(), each);
+  if (done < 0 || (done >= end && !plan.feedback)) {
+    reject("done", std::to_string(done), plan.feedback ? "0 or more" : "0 to " + std::to_string(end - 1));
   }
-  int first = plan.feedback ? std::min(done, each * (rows - 1)) : done;  // the row that stays with a feedback
-  Plan rest = first % each == 0 ? plan : fine_rows(plan, step);
-  if (first % each == 0) first /= each;
+  Eigen::Index first = plan.feedback ? std::min<Eigen::Index>(done, first_of(plan.rows() - 1, each)) : done;
+  const auto whole = static_cast<Eigen::Index>(std::lround(each));
+  const bool begins_a_row = whole > 0 && std::abs(each - static_cast<double>(whole)) < rounding && first % whole == 0;
+  Plan rest = begins_a_row ? plan : fine_rows(plan, step);
+  if (begins_a_row) first /= whole;
   const auto cut = [first](auto& all) { all = all.bottomRows(all.rows() - first).eval(); };
   for (Drive& drive : rest.wrenches) cut(drive.wrenches);
   for (Targets& targets : rest.targets) cut(targets.positions);

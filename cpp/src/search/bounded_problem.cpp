@@ -142,6 +142,9 @@ BoundedProblem::BoundedProblem(const Problem& problem, const Region* captured, i
   if (const Simulator* simulator = simulations_->worlds[0]->simulator()) {
     tree_.states.row(0).segment(dimension_, simulator->memory) = simulator->start(problem.state.transpose()).row(0);
   }
+  if (problem.plan && problem.plan->feedback && problem.plan->feedback->memory.size() > 0) {
+    tree_.states.row(0).tail(problem.plan->feedback->memory.size()) = problem.plan->feedback->memory.transpose();
+  }
   tree_.costs[0] = 0.0;
   tree_.parents[0] = -1;
   tree_.controls.row(0).setZero();

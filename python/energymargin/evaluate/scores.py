@@ -141,8 +141,8 @@ def escape_effort(
             it is: without a horizon its efforts were 2 to 16 times the least with 1000 nodes, or
             inf. It chooses `sampling` and `shorten` unless they are given.
         sampling: of wrenches. 'uniform' (published; paper, Section V), or 'mixed' (improved):
-            nearly half of them uniform, the others at their bounds, along one axis, zero, or that
-            of the edge before.
+            about half of them uniform, the others at their bounds, along one axis, zero, or with a
+            horizon that of the edge before.
         shorten: spend nine of ten nodes, once there is an escape, on making it cheaper: edges are
             dropped, shortened, weakened, cut in two and merged, and each change is simulated
             (improved).

@@ -131,3 +131,39 @@ def test_the_bits_are_the_same_each_time() -> None:
     (notch,) = known_answers(["notch"])
     first, second = (em.effort_lower_bound(notch.problem, cells=5000) for _ in range(2))
     assert (first.effort, first.cells) == (second.effort, second.cells)
+
+
+@pytest.mark.parametrize("kind", ["stop", "loop"])
+def test_what_is_pulled_home_at_the_start_may_lift_the_object(kind: str) -> None:
+    scene = em.Scene()
+    scene.add_plane("floor")
+    scene.add_body("base", em.Box((0.02,) * 3), mass=0, position=(0, 0, -1))
+    rail = {"linear_factor": (0, 0, 1), "angular_factor": (0, 0, 0)}
+    free = {"position": (0, 0, 0.01), **rail} if kind == "loop" else {}
+    scene.add_body("platform", em.Box((0.3, 0.3, 0.02)), mass=0.02, **free)
+    joints = {}
+    if kind == "stop":
+        ends = {"origin": (0, 0, 1.31), "limits": (0.0, 0.01)}
+        scene.add_joint(
+            "lift", parent="base", child="platform", type="prismatic", axis=(0, 0, 1), **ends
+        )
+        joints = {"joints": {"lift": {"position": -0.3}}}
+    else:
+        scene.add_body("crane", em.Sphere(0.01), mass=0, position=(0.5, 0.5, 0.31))
+        scene.add_loop("crane", "platform", point_a=(-0.5, -0.5, 0.0))
+        scene.disable_collisions("crane", "platform")
+    at = (0, 0, 0.07)
+    scene.add_body("box", em.Box((0.1,) * 3), mass=1.0, role="object", position=at, **rail)
+    near = em.regions.Ball("box", at, 0.1)
+    asked = {"force": (0, 0, 1), "torque": (0, 0, 0), "duration": 0.2}
+    bound = em.effort_lower_bound(em.Problem(scene, scene.pack(**joints), captured=near, **asked))
+    assert bound.effort == 0.0 and not bound.cage
+    assert "begin" in bound.reason
+
+
+def test_in_bullets_engine_nothing_is_proved() -> None:
+    problem = cages.random_cage(0, "boxes").problem
+    assert em.effort_lower_bound(problem).cage
+    problem = problem.with_engine("bullet")
+    bound = em.effort_lower_bound(problem)
+    assert bound.effort == 0.0 and not bound.cage and "'native'" in bound.reason

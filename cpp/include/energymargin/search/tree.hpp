@@ -13,8 +13,8 @@ struct Problem;
 //! How a search draws its controls.
 enum class Sampling {
   uniform,  //!< wrenches evenly between their bounds (paper, Section V)
-  mixed,    //!< nearly half of them so; the others at their bounds, along one axis, none at all, or that of the edge
-            //!< before; with a horizon some without a wrench last as long as they like
+  mixed,    //!< about half of them so; the others at their bounds, along one axis, or none at all; with a horizon also
+            //!< that of the edge before, and some without a wrench last as long as they like
 };
 
 //! Nodes in the order of the search, the root first: `controls[i]`, for `durations[i]` at `parents[i]`, leads to i.

@@ -196,9 +196,12 @@ void BulletEngine::load(double duration) {
           moved_pose(bodies_.poses()[free.body], velocity.linear * duration, velocity.angular * duration));
       continue;
     }
-    each.rigid->applyCentralForce(free.acceleration / free.inverse_mass + free.force -
-                                  velocity.linear * body.linear_damping);
-    each.rigid->applyTorque(free.torque - velocity.angular * body.angular_damping);
+    each.rigid->applyCentralForce(free.acceleration / free.inverse_mass + free.force);
+    each.rigid->applyTorque(free.torque);
+    const Velocity damping = damping_of(body, velocity, 1.0 / free.inverse_mass, free.moments,
+                                        bodies_.poses()[free.body].getBasis(), duration);
+    each.rigid->applyCentralForce(damping.linear);
+    each.rigid->applyTorque(damping.angular);
   }
   for (const auto& tree : bullet_->trees) tree->load(scene_.gravity(), duration);
 }

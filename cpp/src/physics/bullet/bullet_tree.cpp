@@ -14,6 +14,9 @@ constexpr double unmoved = 1e8;
 // A stop takes part from this gap on [rad or m], or if a joint could get there in so many steps.
 constexpr double stop_reach = 0.05, stop_steps = 4.0;
 
+// A joint is not pushed back from so little beyond its stop [rad or m].
+constexpr double stop_slop = 1e-3;
+
 btQuaternion turn_of(const btMatrix3x3& basis) {
   btQuaternion turn;
   basis.getRotation(turn);
@@ -21,6 +24,16 @@ btQuaternion turn_of(const btMatrix3x3& basis) {
 }
 
 }  // namespace
+
+Velocity damping_of(const Body& body, const Velocity& velocity, double mass, const btVector3& moments,
+                    const btMatrix3x3& axes, double duration) {
+  const auto share = [duration](double damping, double inertia) {
+    return damping > 0.0 ? damping * inertia / (inertia + duration * damping) : 0.0;
+  };
+  btVector3 spin = velocity.angular * axes;
+  for (int axis = 0; axis < 3; ++axis) spin[axis] *= share(body.angular_damping, moments[axis]);
+  return {-velocity.linear * share(body.linear_damping, mass), -(axes * spin)};
+}
 
 BulletRows::BulletRows(btMultiBody& body, int link, btMultiBody* other, int other_link, int rows)
     : btMultiBodyConstraint(&body, other, link, other_link, rows, false, MULTIBODY_CONSTRAINT_1DOF_JOINT_MOTOR) {
@@ -117,7 +130,8 @@ void BulletJoint::createConstraintRows(btMultiBodyConstraintArray& rows, btMulti
   for (const double direction : {1.0, -1.0}) {
     const double gap = direction > 0.0 ? position - joint_.lower : joint_.upper - position;
     if (!(gap < reach)) continue;
-    const double target = -std::max(gap, 0.0) / duration;
+    const double beyond = std::max(-gap - stop_slop, 0.0);
+    const double target = (info.m_erp * beyond - std::max(gap, 0.0)) / duration;
     add_row(direction > 0.0 ? 1 : 2, {along(direction)}, target, rows, data).m_lowerLimit = 0.0;
   }
 }
@@ -242,6 +256,13 @@ void BulletTree::load(const Vector3& gravity, double duration) {
   const btVector3 down = to_bullet(gravity);
   if (tree_.kinematic()) drive_base(duration);
   const int first = tree_.free() && !tree_.kinematic() ? 0 : 1;
+  if (first == 0) {
+    const Articulation::Link& base = tree_.link(0);
+    const Velocity damping = damping_of(scene_.bodies()[base.body], {body_->getBaseVel(), body_->getBaseOmega()},
+                                        base.mass, base.moments, base.pose.getBasis(), duration);
+    body_->addBaseForce(damping.linear);
+    body_->addBaseTorque(damping.angular);
+  }
   for (int index = first; index < static_cast<int>(tree_.links().size()); ++index) {
     const Articulation::Link& of = tree_.link(index);
     const btVector3 force = down * of.mass + of.force;

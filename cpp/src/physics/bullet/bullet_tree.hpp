@@ -26,6 +26,11 @@ struct BulletTerm {
   }
 };
 
+//! Force and torque [N, N m] with which a body's damping slows it in a step, as if at its speed after it: however much
+//! of it there is, nothing turns round. `axes` are the principal ones of its moments.
+Velocity damping_of(const Body& body, const Velocity& velocity, double mass, const btVector3& moments,
+                    const btMatrix3x3& axes, double duration);
+
 //! Rows of Bullet's solver over velocities of one multi-body or two; link -1 is the base.
 class BulletRows : public btMultiBodyConstraint {
  public:

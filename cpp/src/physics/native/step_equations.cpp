@@ -243,10 +243,13 @@ bool StepEquations::is_alone(std::size_t index, const Substep& substep) const {
   for (const Motor& motor : substep.motors) {
     if (is_here(motor.body)) return false;
   }
-  for (const TendonControl& tendon : bodies_.tendons()) {
-    for (const JointSum::Term& term : tendon.terms) {
-      if (term.link.tree == index) return false;
-    }
+  const auto has_it = [index](const JointSum& sum) {
+    return std::any_of(sum.terms.begin(), sum.terms.end(),
+                       [index](const JointSum::Term& term) { return term.link.tree == index; });
+  };
+  if (std::any_of(bodies_.tendons().begin(), bodies_.tendons().end(), has_it)) return false;
+  for (const std::vector<MimicConstraint>& mimics : bodies_.mimics()) {
+    if (std::any_of(mimics.begin(), mimics.end(), has_it)) return false;
   }
   return std::all_of(tree.controls().begin(), tree.controls().end(), [&](const JointControl& control) {
     const double position = tree.link(control.link).position;

@@ -117,7 +117,6 @@ class VelocitySystem {
   std::vector<LimitedRow>& limited() { return limited_; }
   const std::vector<LimitedRow>& limited() const { return limited_; }
   const std::vector<OpenContacts>& open() const { return open_; }
-  const std::vector<double>& inertias() const { return inertias_; }
   const std::vector<double>& all_free() const { return free_; }
   const std::vector<double>& all_velocities() const { return velocities_; }
 
