@@ -10,7 +10,7 @@ import energymargin as em
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_text
 from energymargin.cli import grasp_words as words, terminal
-from energymargin.cli.options import Output, Where, given
+from energymargin.cli.options import Output, Where, given, require_beside
 
 CARDS = (".html", ".md", ".json")
 PAGE = '<!doctype html><html lang="en"><meta charset="utf-8"><title>How much it can take: '
@@ -22,7 +22,7 @@ def limits(
     *,
     vary: list[str],
     hand: str | None = None,
-    protocol: str = "hold",
+    protocol: str | None = None,
     probability: float = 0.95,
     confidence: float = 0.95,
     draws: int | None = None,
@@ -50,7 +50,7 @@ def limits(
             (m), and rx.BODY to rz.BODY, by which it is turned (rad). Of grasps: force (N),
             friction, mass (kg), x to z (m) and rx to rz (rad), by which the hand is off.
         hand: With it the file has grasps: as of `energymargin grasps`, by name or as JSON.
-        protocol: Of grasps: hold, lift, shake, graspa, acronym, or JSON.
+        protocol: Of grasps: hold (by default), lift, shake, graspa, acronym, or JSON.
         probability: What is asked of the probability.
         confidence: Of each interval.
         draws: Rollouts of each value at most, 120, or as many as a probability near 0 or 1 needs;
@@ -62,6 +62,7 @@ def limits(
     """
     if output is not None:
         terminal.require_free(output, overwrite=overwrite, suffixes=CARDS)
+    require_beside("hand", hand, protocol=protocol, **given(thing))
     ranges = dict(map(_range, vary))
     if len(ranges) < len(vary):
         raise ValueError(f"--vary is {', '.join(vary)}, expected each quantity once")
@@ -73,7 +74,7 @@ def limits(
         with bar("Searching", "rollouts") as progress:
             found = em.critical_values(em.Problem.load(str(file)), progress=progress, **asked)
     else:
-        found = _of_grasps(rows.read(file), hand, protocol, thing, asked)
+        found = _of_grasps(rows.read(file), hand, protocol or "hold", thing, asked)
     told = em.summary.summary(found)
     if hand is None:
         terminal.print_markdown(told.to_markdown())

@@ -22,7 +22,7 @@ def settle(
     /,
     *,
     ground: Annotated[float | None, ROBOT] = None,
-    base: Annotated[str, ROBOT] = "fixed",
+    base: Annotated[str | None, ROBOT] = None,
     keyframe: Annotated[str | None, ROBOT] = None,
     ignore: Annotated[list[str] | None, ROBOT] = None,
     time: Annotated[float, RULE] = 10.0,
@@ -46,7 +46,7 @@ def settle(
     Args:
         file: A scene of MuJoCo (.xml), a URDF (.urdf), or a problem file (.json).
         ground: Adds a plane at this height [m].
-        base: Of a URDF: fixed, or free to move.
+        base: Of a URDF: fixed (by default), or free to move.
         keyframe: Of MuJoCo's model, by name or number: where it starts.
         ignore: What to do without of what is not simulated, once for each.
         time: When it ends at the latest [s].
@@ -68,15 +68,28 @@ def settle(
 
 
 def _start(
-    file: Path, ground: float | None, base: str, keyframe: str | None, ignore: tuple[str, ...]
+    file: Path,
+    ground: float | None,
+    base: str | None,
+    keyframe: str | None,
+    ignore: tuple[str, ...],
 ) -> tuple[em.Scene, Floats | None]:
-    """The scene of a file, and the state of a problem. Raises ValueError on another format."""
+    """The scene of a file, and the state of a problem. Raises ValueError on another format, and on
+    an option of another one."""
     suffix, state = file.suffix.lower(), None
+    of_others = {"base": base if suffix != ".urdf" else None}
+    of_others |= {"keyframe": keyframe if suffix != ".xml" else None}
+    of_others |= {"ignore": ", ".join(ignore) if suffix == ".json" else None}
+    for option, value in of_others.items():
+        if value:
+            raise ValueError(
+                f"--{option} is {value}, which a {suffix} file does not have: leave it out"
+            )
     if suffix == ".json":
         problem = em.Problem.load(str(file), start_outside=True)
         scene, state = problem.scene, problem.state
     elif suffix == ".urdf":
-        scene = em.scenes.from_urdf(file, base=base, ignore=ignore)
+        scene = em.scenes.from_urdf(file, base=base or "fixed", ignore=ignore)
     elif suffix == ".xml":
         frame = int(keyframe) if keyframe and keyframe.isdecimal() else keyframe
         try:

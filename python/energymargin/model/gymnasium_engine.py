@@ -102,12 +102,20 @@ class Gymnasium(Serial):
         self._origin = self.save()
         self.state = self.read()
         """State of the scene at the start, shape (d,)."""
+        own = [k for k, v in vars(inner).items() if isinstance(v, int | float | np.ndarray)]
+        numbers = [(name, np.asarray(getattr(inner, name))) for name in sorted(own)]
+        self._numbers = [(k, v.tobytes()) for k, v in numbers if v.dtype.kind in "biuf"]
 
     def digest(self) -> str:
-        """Of the environment's specification, where it starts, and the version."""
+        """Of the environment's specification, the numbers that it has as attributes, its model in
+        MuJoCo, where it starts, and the version."""
         import gymnasium
 
         found = sha256(f"{gymnasium.__version__} {_told(self.env)} {self.step!r}".encode())
+        for name, numbers in self._numbers:
+            found.update(name.encode() + numbers)
+        if self._inside is not None:
+            found.update(self._inside.digest())
         found.update(self.state.tobytes())
         if self.saved is not None:
             found.update(self._origin.tobytes())

@@ -18,7 +18,7 @@ import energymargin as em
 from energymargin.base.aliases import Floats
 from energymargin.base.checks import check_type, core_count, each_name
 from energymargin.mujoco.kinematics import INTEGRATION, Columns
-from energymargin.mujoco.models import scene_of, values_of, varied_model
+from energymargin.mujoco.models import bytes_of, scene_of, values_of, varied_model
 from energymargin.mujoco.reading import Reader
 from energymargin.mujoco.states import States, require_data
 
@@ -119,17 +119,15 @@ class Engine(em.engines.Engine):
         return places
 
     def digest(self) -> str:
-        """Of the model's bytes, the start, the version of MuJoCo and the roles of the bodies."""
-        model = np.empty(mujoco.mj_sizeModel(self.model), np.uint8)
-        mujoco.mj_saveModel(self.model, None, model)
-        found = hashlib.sha256(model.tobytes())
+        """Of the model's bytes, the start and the version of MuJoCo."""
+        found = hashlib.sha256(bytes_of(self.model))
         found.update(self.home.tobytes())
         found.update(mujoco.__version__.encode())
         return found.hexdigest()
 
     def varied(self, changes: Mapping[str, float]) -> Engine:
         """As the base class says, from the same state and controls."""
-        options = {"scene": self.scene, "threads": self.threads, "name": self.name}
+        options = {"threads": self.threads, "name": self.name, "scene": self.scene, **self._roles}
         return _engine_at(varied_model(self.model, changes), self.home, options, None)
 
     def read(self, memory: Floats) -> Floats:

@@ -11,7 +11,7 @@ import numpy as np
 import energymargin as em
 from energymargin.base.aliases import Floats
 from energymargin.mujoco.kinematics import INTEGRATION
-from energymargin.mujoco.models import scene_of
+from energymargin.mujoco.models import bytes_of, scene_of
 from energymargin.mujoco.states import States
 
 
@@ -34,6 +34,10 @@ class Inside:
         self._states = States(self.scene, model, others=self.scene.pack())
         objects = (body.name for body in self.scene.bodies if body.role == "object")
         self._objects = [self._states.body_id(name) for name in objects]
+
+    def digest(self) -> bytes:
+        """All that the model is."""
+        return bytes_of(self.model)
 
     def save(self) -> Floats:
         """mjSTATE_INTEGRATION."""

@@ -74,6 +74,13 @@ def values_of(model: Any) -> dict[str, float]:
     return found
 
 
+def bytes_of(model: Any) -> bytes:
+    """All that a model is."""
+    found = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, found)
+    return found.tobytes()
+
+
 def varied_model(model: Any, changes: Mapping[str, float]) -> Any:
     """A copy with other values. The frictions of a body's geoms and of its contact pairs keep their
     ratios, an inertia grows with the mass, and what an actuator takes back with its gain."""
@@ -86,6 +93,9 @@ def varied_model(model: Any, changes: Mapping[str, float]) -> Any:
             slides = made.geom_friction[rows, 0] * ratio
             made.geom_friction[rows, 0] = slides if now[name] else value
             of_pairs = np.isin(made.pair_geom1, rows) | np.isin(made.pair_geom2, rows)
+            if of_pairs.any() and not now[name]:
+                why = "its contact pairs have no ratio to keep: give its geoms one above 0"
+                raise ValueError(f"{name} is 0 in the model, and {why}")
             made.pair_friction[of_pairs, :2] *= ratio
         elif kind == "mass":
             number = made.body(of).id

@@ -10,10 +10,11 @@ from importlib import import_module
 
 import numpy as np
 import pytest
-from command_line import COMMAND, run, run_here
+from command_line import COMMAND, invoke, run, run_here
 from stores import await_scores, score_count
 
 import energymargin
+import energymargin as em
 from energymargin import datasets
 from energymargin.store import ScoreStore
 
@@ -294,3 +295,20 @@ def test_the_version_is_that_of_the_package(tmp_path):
 )
 def test_a_wrong_word_is_named_with_a_way_out(tmp_path, words, said):
     refused(run_here(*words, cwd=tmp_path), *said)
+
+
+def test_an_option_that_its_file_does_not_have_is_refused(tmp_path):
+    scene = em.Scene()
+    scene.add_plane("floor")
+    scene.add_body("box", em.Box((0.1,) * 3), mass=1.0, position=(0, 0, 0.05), role="object")
+    near = em.regions.Ball("box", (0, 0, 0.05), 0.02)
+    asked = {"force": (1, 1, 0), "torque": (0, 0, 0), "duration": 0.1, "horizon": 0.5}
+    file = tmp_path / "box.json"
+    em.Problem(scene, scene.pack(), captured=near, **asked).save(str(file))
+    for option, value in (("--base", "free"), ("--keyframe", "home"), ("--ignore", "tendon")):
+        told = invoke(["settle", str(file), option, value])
+        assert told.exit_code == 2 and f"{option} is {value}" in told.output
+    words = ["limits", str(file), "--vary", "push=0:20"]
+    for option, value in (("--protocol", "shake"), ("--mass", "7")):
+        told = invoke([*words, option, value])
+        assert told.exit_code == 2 and f"{option} is {value}" in told.output

@@ -264,3 +264,30 @@ def test_a_lift_of_robosuite_is_asked_in_its_own_simulator():
     problem = em.engines.problem(engine, **asked, plan=policy)
     em.engines.check(engine, problem)
     assert 0.0 <= em.capture_probability(problem, rollouts=6).captured <= 1.0
+
+
+class Heavy(Slider):
+    """A slider that the wind moves less."""
+
+    def __init__(self, mass: float) -> None:
+        super().__init__()
+        self.mass = mass
+
+
+def test_environments_of_other_numbers_or_another_model_are_not_one() -> None:
+    def of(mass: float) -> em.engines.Gymnasium:
+        env = Heavy(mass)
+        env.reset()
+        ways = {"save": flat, "restore": back, "push": push}
+        return em.engines.Gymnasium(env, objects={"puck": puck}, **ways)
+
+    assert of(1.0).digest() == of(1.0).digest() != of(2.0).digest()
+    pytest.importorskip("mujoco")
+
+    def pendulum(gear: float) -> em.engines.Gymnasium:
+        env = gymnasium.make("InvertedPendulum-v5")
+        env.reset(seed=0)
+        env.unwrapped.model.actuator_gear *= gear
+        return em.engines.Gymnasium(env, objects="pole")
+
+    assert pendulum(1.0).digest() == pendulum(1.0).digest() != pendulum(0.1).digest()

@@ -426,6 +426,22 @@ def test_friction_and_mass_are_varied_in_mujoco_and_the_rest_stays():
     assert mass.side == "above" and mass.value == pytest.approx(1.0 / (0.5 * 9.81 + way), rel=0.05)
 
 
+def test_what_is_varied_takes_the_same_commands_and_has_the_same_roles():
+    engine = cup().scene.engine
+    varied = engine.varied({"mass.cup": 0.5})
+    assert varied.commands == engine.commands and "pusher.fx" in varied.commands
+    assert pickle.loads(pickle.dumps(varied)).commands == engine.commands
+
+
+def test_a_pair_without_friction_has_no_ratio_to_keep():
+    body = '<geom name="t" type="plane" size="1 1 .1"/><body name="cup" pos="0 0 .05"><freejoint/>'
+    geom = '<geom name="g" type="box" size=".05 .05 .05" friction="0 .005 .0001"/></body>'
+    pair = '<contact><pair geom1="g" geom2="t" friction="0 0 .005 .0001 .0001"/></contact>'
+    model = model_of(f"<mujoco><worldbody>{body}{geom}</worldbody>{pair}</mujoco>")
+    with pytest.raises(ValueError, match=r"friction\.cup is 0 in the model, and its contact pairs"):
+        em.mujoco.Engine(model, objects="cup").varied({"friction.cup": 0.5})
+
+
 def test_a_belief_over_what_mujoco_varies_is_that_of_the_closed_form():
     """Half of the frictions about the critical one hold."""
 
