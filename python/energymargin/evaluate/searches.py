@@ -30,11 +30,11 @@ from energymargin.disturbances import Disturbance, Uniform
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-ALGORITHM = "0.15.3"
+ALGORITHM = "0.15.4"
 """The version of energymargin since which the same settings give the same bits. A change that moves
 any score sets it to the version that has the change, together with the golden values."""
 
-ALGORITHM_IMPROVED = "0.15.3"
+ALGORITHM_IMPROVED = "0.15.4"
 """The version since which the metrics of LEAST_EFFORT have the same bits: more changes may move
 them than the others."""
 
