@@ -9,7 +9,6 @@ from typing import Annotated, Any
 import numpy as np
 
 import energymargin as em
-from energymargin.base.aliases import Floats
 from energymargin.base.bars import bar
 from energymargin.base.checks import whole_number
 from energymargin.cli import terminal
@@ -37,7 +36,7 @@ class Release:
         if self.hand is None or self.grasp is None:
             lacks, has = ("--hand", "--grasp") if self.hand is None else ("--grasp", "--hand")
             raise ValueError(f"{lacks} is not given, expected it with {has}")
-        return {"hand": chosen_hand(self.hand), "grasp": next(iter(_poses(self.grasp).values()))}
+        return {"hand": chosen_hand(self.hand), "grasp": em.grasps.read(self.grasp).poses[0]}
 
 
 @panel("What a trial is", "*")
@@ -117,6 +116,7 @@ def placements(
     with terminal.loading():
         import energymargin.grasps
         import energymargin.placing  # noqa: F401
+        from energymargin.grasps.files import read_poses
 
         suffixes = terminal.TEXTS + terminal.PICTURES
         terminal.require_outputs(output or (), overwrite=overwrite, suffixes=suffixes)
@@ -133,7 +133,7 @@ def placements(
         found = em.placements(
             scene,
             "object",
-            None if poses is None else _poses(poses),
+            None if poses is None else read_poses(poses),
             on=[body.name for body in scene.bodies if body.name != "object"],
             spacing=0.05 if spacing is None else spacing,
             yaws=[2 * np.pi * turn / many for turn in range(many)],
@@ -146,14 +146,6 @@ def placements(
         )
     done, draw = "all draws were made", lambda: em.plots.plot_ranking(found.ranking)
     terminal.show_table(found, output or (), done, draw)
-
-
-def _poses(path: Path) -> dict[str, Floats]:
-    """The poses of a table by name. Raises ValueError on a name that is there twice."""
-    rows = em.grasps.read(path)
-    if len(set(rows.names)) < len(rows):
-        raise ValueError(f"{path} has a name twice, expected different names")
-    return dict(zip(rows.names, rows.poses, strict=True))
 
 
 def _scene(

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -73,10 +74,29 @@ def read(
     """
     path, where = Path(path), {} if where is None else where
     check_type("where", where, Mapping, 'values by column, as {"object": "mug"}')
+    with _errors_of(path):
+        return _grasps(path, _chosen(_content(path), where), frame, object, scale)
+
+
+def read_poses(path: Path) -> dict[str, Floats]:
+    """Poses (4, 4) of anything, however far away, by name, from a file as of `read`, whose errors
+    it raises; and ValueError on a name that is there twice."""
+    with _errors_of(path):
+        rows = _chosen(_content(path), {})
+        grasp_set.check_poses("the pose", rows.poses, rows.names)
+        found = dict(zip(rows.names, rows.poses, strict=True))
+        if len(found) < len(rows.names):
+            raise ValueError("a name is there twice, expected different names")
+        return found
+
+
+@contextmanager
+def _errors_of(path: Path) -> Iterator[None]:
+    """Errors name the file, which has to be there."""
     if not path.is_file():
         raise FileNotFoundError(f"path is {str(path)!r}, and there is no such file")
     try:
-        return _grasps(path, _chosen(_content(path), where), frame, object, scale)
+        yield
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
 

@@ -94,7 +94,7 @@ class GraspSet(Record):
         for name, value in {"poses": (), "object_poses": np.eye(4), **unknown}.items():
             array = np.asarray(getattr(self, name), float)
             shape = (n, 4, 4) if name.endswith("poses") else (n,)
-            array = np.broadcast_to(value, shape) if n and not array.size else array
+            array = np.broadcast_to(value, shape) if name != "poses" and not array.size else array
             check_shape(name, array, shape)
             object.__setattr__(self, name, array)
         object.__setattr__(self, "names", self.names or tuple(map(str, range(n))))

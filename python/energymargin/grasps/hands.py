@@ -23,6 +23,7 @@ from energymargin.base import checks
 from energymargin.base.checks import numbers_of, positive_number, require
 from energymargin.base.plausibility import kept_warnings
 from energymargin.grasps.frames import FRAMES, frame_in_hand, pose
+from energymargin.grasps.grasp_object import digest
 
 SQUEEZE = 1e-3  # m; how far beyond the object the target is when the drive gives its full force
 BEND = 0.02  # rad; the same of a joint that turns: 1 mm at 5 cm
@@ -235,7 +236,7 @@ class HandFile(Hand):
 
     def add_to(self, scene: Scene, *, force: float, opening: float) -> Fitted:
         """As Hand.add_to."""
-        way = "state another torque_limit of its joints in options"
+        way = "leave it out of the belief, or state another torque_limit of its joints in options"
         require(force == 1.0, "force", force, f"that of the file's drives, 1: {way}")
         before = len(scene.bodies)
         self._read(scene)
@@ -256,8 +257,13 @@ class HandFile(Hand):
     def text(self) -> dict[str, Any]:
         """As Hand.text."""
         pads = {link: asdict(pad) for link, pad in (self.pads or {}).items()}
+        scene = Scene()
+        with kept_warnings():  # those of the reading that counts come
+            self._read(scene)
+        bodies = [digest((one.shape, one.mass, one.inertial)) for one in scene.bodies]
+        read = f"{bodies}{scene.joints}{scene.tendons}".encode()  # as meshes are other files
         return {
-            "file": hashlib.sha256(Path(self.path).read_bytes()).hexdigest(),
+            "file": hashlib.sha256(Path(self.path).read_bytes() + read).hexdigest(),
             "close": {name: list(map(float, ends)) for name, ends in self.close.items()},
             "fingers": list(self.fingers),
             "frame": self._link or frame_in_hand(self.frame).tolist(),

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from energymargin import Cancel, Cancelled, CriticalValue, critical_value_of
+from energymargin import Cancel, Cancelled, CriticalValue, Inertial, critical_value_of
 from energymargin.base.checks import one_of, require
 from energymargin.base.limits import Limit
 from energymargin.base.plausibility import kept_warnings
@@ -32,6 +32,7 @@ UNITS = {"force": "N", "friction": "", "mass": "kg"}
 UNITS |= dict.fromkeys(AXES[:3], "m") | dict.fromkeys(AXES[3:], "rad")
 """What can be varied, and its unit."""
 
+OF_SCORE = ("belief", "disturbance", "colliding", "seed", "step")
 IN_JSON = ("side", "unit", "crossings", "monotone", "rollouts", "range")
 Ranges = Mapping[str, tuple[float, float]]
 Found = dict[str, CriticalValue]
@@ -107,6 +108,9 @@ def limits(
 
     `em.critical_value` says what comes out. Raises ValueError on bad arguments.
     """
+    if more := [name for name in asked if name not in OF_SCORE]:
+        expected = f"expected vary, draws, or of a trial {', '.join(OF_SCORE)}"
+        raise TypeError(f"limits takes no {', '.join(more)}, {expected}")
     require(isinstance(vary, Mapping) and vary, "vary", vary, "ranges by name, {'force': (1, 60)}")
     sizes: dict[str, Any] = {"probability": probability, "confidence": confidence, "draws": draws}
     sizes["tolerance"] = tolerance
@@ -158,9 +162,9 @@ class _Question:
             for grasp in grasps:
                 try:
                     done.append({name: self._limit(grasp, name, cancel) for name in self.vary})
-                except Cancelled:
-                    break
                 except (ValueError, RuntimeError) as error:
+                    if cancel.is_set:  # what was stopped half-way counts as not begun
+                        break
                     done.append(str(error))
         return done
 
@@ -186,6 +190,9 @@ class _Question:
                 raise ValueError(f"vary is 'force' of {trials.hand!r}, expected a ParallelGripper")
             return replace(trials, hand=replace(trials.hand, **changed)), grasp
         if name in ("friction", "mass"):
+            if name == "mass" and (given := trials.object.inertial) is not None:
+                moments = np.array(given.moments) * value / trials.object.mass
+                changed["inertial"] = Inertial(given.center, inertia=moments, axes=given.axes)
             return replace(trials, object=replace(trials.object, **changed)), grasp
         along, error = value * np.eye(3)[AXES.index(name) % 3], np.eye(4)
         if name in AXES[:3]:

@@ -23,7 +23,7 @@ from energymargin.executors import Executor, Kept, ask
 from energymargin.grasps.belief import GraspBelief, lab
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet
-from energymargin.grasps.hands import Hand, preset
+from energymargin.grasps.hands import Hand, HandFile, preset
 from energymargin.grasps.outcomes import ENDINGS, Grasp, Outcome
 from energymargin.grasps.protocols import Protocol, protocol_of
 from energymargin.grasps.scores import GraspScores, grasp_of
@@ -68,7 +68,8 @@ def score(
         object: what is gripped.
         protocol: what is done with it, or a preset: "hold", "lift", "shake", "graspa" or "acronym".
         belief: what is not known; "lab": poses to 7 mm and .05 rad, friction from half to one and
-            a half times what is said, mass to a tenth, force to a fifth; None: everything is known.
+            a half times what is said, mass to a tenth, force to a fifth, that of a HandFile
+            exactly; None: everything is known.
         disturbance: of em.disturbances, within the protocol's bounds; None: Uniform().
         rollouts: trials of each grasp.
         colliding: what is done with a draw that puts the hand into the object or the table: "lost"
@@ -127,7 +128,7 @@ def trials_of(
     given = {name: value for name, value in asked.items() if name not in usual}
     if isinstance(belief := given.get("belief"), str):
         one_of("belief", belief, ("lab",))
-        given["belief"] = lab()
+        given["belief"] = replace(lab(), force=None) if isinstance(hand, HandFile) else lab()
     given["seed"] = seed_number(asked.get("seed", 0))
     given["step"] = positive_number("step", asked.get("step", STEP))
     trials = GraspTrials(hand, object, protocol_of(protocol), **given)

@@ -337,7 +337,10 @@ class GraspTrials:
         pushed = self.disturbance if numbers[0] >= 0 else Uniform(0.0)
         which: Any = {"rollouts": len(numbers), "first": max(numbers[0], 0), "seed": self.seed}
         plain: Any = {"undisturbed": False, "most_diverged": 1.0, "warn": False, "threads": 1}
-        return em.capture_probability(problem, disturbance=pushed, cancel=cancel, **which, **plain)
+        found = em.capture_probability(problem, disturbance=pushed, cancel=cancel, **which, **plain)
+        if not found.complete:
+            raise Cancelled("cancelled within the trials of a grasp")
+        return found
 
 
 def _ending(time: float, of_place: float) -> str:

@@ -36,6 +36,8 @@ HOLD = 0.1  # s
 DURING = 1.0  # s
 PIECE = 0.1  # s, of a knock
 RATES = (1.0, 6.0)  # Hz, of a shake
+Ends = tuple[Floats, Floats]
+"""The state in which a body is let go, and the one in which it is meant to rest."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -52,7 +54,10 @@ class Placements(Summarized):
     blocked: dict[str, str]
     """Candidates without room, and the body that is in their way."""
     pushes: dict[str, Push]
-    """The least push that makes it fall, and who falls with it, of those for which it was asked."""
+    """The least push that makes it fall, and who falls with it, of those for which it was asked.
+    Its effort is 0 where the body does not come to rest in its place undisturbed."""
+    complete: bool = True
+    """False if the timeout or the cancel came before a draw or a push."""
 
     @property
     def best(self) -> str:
@@ -63,11 +68,6 @@ class Placements(Summarized):
     def pose(self) -> NDArray[np.float64]:
         """The pose of the best one, (4, 4)."""
         return self.poses[self.best]
-
-    @property
-    def complete(self) -> bool:
-        """Whether no draw is missing."""
-        return self.ranking.complete
 
     def __len__(self) -> int:
         """How many were compared."""
@@ -181,8 +181,7 @@ def placements(
     jolts = {"knock": knock, "shake": shake, "tilt": tilt}
     for name, value in jolts.items():
         checks.not_negative_number(name, value)
-    start = np.array(scene.pack() if state is None else state, float)
-    room = Room(scene, body, start)
+    room = Room(scene, body, np.array(scene.pack() if state is None else state, float))
     if poses is None:
         asked = room.grid(on, checks.positive_number("spacing", spacing), yaws, limit)
     else:
@@ -196,22 +195,21 @@ def placements(
     lift = checks.not_negative_number("height", height) * up_of(scene)
     blocked: dict[str, str] = {}
     problems: dict[str, Problem] = {}
-    starts: dict[str, Floats] = {}
+    ends: dict[str, Ends] = {}
     for name, pose in asked.items():
         limit.require("the candidates were looked at")
-        starts[name] = room.state(pose, lift)
-        asking = scene, starts[name], plan, during
-        other = room.blocked_by(starts[name])
+        ends[name] = start, meant = room.state(pose, lift), room.state(pose, np.zeros(3))
+        asking = scene, start, plan, during
+        other = room.blocked_by(start)
         if other is None and letting is not None:
-            other, asking = letting.begin(starts[name], during)
+            other, asking = letting.begin(start, during)
         if other is not None:
             blocked[name] = other
             continue
         with kept_warnings():  # a thing that is let go falls, in each of many problems
-            meant = scene, room.state(pose, np.zeros(3))
-            problems[name] = staying(meant, asking, places, HOLD)
+            problems[name] = staying((scene, meant), asking, places, HOLD)
     if poses is not None:
-        _warn_of_air({k: room.nearest(room.state(asked[k], np.zeros(3))) for k in problems})
+        _warn_of_air({k: room.nearest(ends[k][1]) for k in problems})
     if not problems:
         there = ", ".join(sorted(set(blocked.values()))) or "nothing to stand on"
         raise ValueError(f"poses is {len(asked)} candidates, none of which has room: {there}")
@@ -220,22 +218,39 @@ def placements(
     draws |= {"rollouts": rollouts, "confidence": confidence, "tolerance": tolerance, "race": race}
     where: Any = {"store": store, "threads": threads, "executor": executor, "progress": progress}
     ranking = rank(problems, **draws, **where, **limit.rest())
-    pushes = _pushes(scene, body, {name: starts[name] for name in ranking.names[:pushed]}, limit)
-    return Placements(scene, body, ranking, {k: asked[k] for k in problems}, blocked, pushes)
+    first = {name: ends[name] for name in ranking.names[:pushed]}
+    pushes = _pushes(scene, body, first, places, limit)
+    whole = ranking.complete and len(pushes) == len(first)
+    found = {k: asked[k] for k in problems}
+    return Placements(scene, body, ranking, found, blocked, pushes, whole)
 
 
-def _pushes(scene: Scene, body: str, starts: Mapping[str, Floats], limit: Limit) -> dict[str, Push]:
-    """The least push that makes a body fall, once it came to rest from each state; of those before
-    the limit."""
+def _pushes(
+    scene: Scene, body: str, candidates: Mapping[str, Ends], places: Places, limit: Limit
+) -> dict[str, Push]:
+    """The least push that makes a body fall, by candidate; of those before the limit."""
     pushes: dict[str, Push] = {}
-    for name, start in starts.items():
+    for name, ends in candidates.items():
         try:
             with kept_warnings():
-                rest = settle(scene, start, **limit.rest())
-                pushes[name] = Pushes(scene, rest.state, limit).least(body)
+                pushes[name] = _push(scene, body, ends, places, limit)
         except (TimeoutError, Cancelled):
             break
     return pushes
+
+
+def _push(scene: Scene, body: str, ends: Ends, places: Places, limit: Limit) -> Push:
+    """The least push that makes a body fall, once it came to rest where it was let go."""
+    start, meant = ends
+    end = settle(scene, start, **limit.rest())
+    if not end.complete:
+        limit.require("it came to rest")
+    objects = [one for one in scene.bodies if one.role == "object"]
+    stays = {b.name: places.of(scene, meant, b).contains(scene, end.state) for b in objects}
+    if stays[body] and np.isfinite(end[body].rest_at):
+        return Pushes(scene, end.state, limit).least(body)
+    others = tuple(name for name, there in stays.items() if not there and name != body)
+    return Push(body, 0.0, "by itself", (0.0, 0.0, 0.0), others)
 
 
 def _check_hand(

@@ -41,9 +41,9 @@ class Push:
 
     body: str
     effort: float
-    """Work of the push [J]; inf: none makes it fall."""
+    """Work of the push [J]; inf: none makes it fall; 0: it falls by itself."""
     way: str
-    """"topples" or "slides", and with what it carries; "" if none makes it fall."""
+    """"topples" or "slides", and with what it carries; "" if none makes it fall; "by itself"."""
     direction: tuple[float, ...]
     """Horizontal unit vector (3,): where it is pushed."""
     takes: tuple[str, ...]

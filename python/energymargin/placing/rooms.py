@@ -66,7 +66,7 @@ class Room:
             checks.one_of("on", name, self._others)
             if isinstance(self._shapes[name], Plane):
                 raise ValueError(f"on is {name!r}, a plane without an end: give poses, or a box")
-        checks.numbers_of("yaws", yaws, "turns in rad", (len(yaws),))
+        checks.numbers_of("yaws", yaws, "turns in rad", (np.size(yaws),))
         if len(yaws) == 0:
             raise ValueError("yaws is empty, expected one turn at least, such as 0")
         found: list[tuple[float, str, Floats]] = []
@@ -153,8 +153,11 @@ def points_in(top: Floats, frame: Floats, spacing: float) -> list[tuple[float, F
 def named(poses: Mapping[str, ArrayLike] | ArrayLike) -> dict[str, Floats]:
     """Poses (4, 4) by name. Raises ValueError on what is none."""
     given: Any = poses
-    items = list(given.items() if isinstance(given, Mapping) else enumerate(given))
     expected = "poses (4, 4), a dict of them by name, or (n, 4, 4)"
+    try:
+        items = list(given.items() if isinstance(given, Mapping) else enumerate(given))
+    except TypeError as error:
+        raise TypeError(f"poses is {checks.shown(given)}, expected {expected}") from error
     found = {str(name): checks.numbers_of("poses", pose, expected, (4, 4)) for name, pose in items}
     if len(found) < len(items):
         raise ValueError(f"poses has names {list(given)}, expected different ones as texts")

@@ -116,8 +116,8 @@ def stack_robustness(
     upper bound, and exact for a body that topples alone. To lean and to accelerate act as a
     constant force on each body.
 
-    Raises ValueError on bad arguments and a scene without objects, TimeoutError or Cancelled if no
-    body was pushed.
+    Raises ValueError on bad arguments and a scene without objects, TimeoutError or Cancelled if
+    nothing is known.
     """
     limit = Limit(timeout, cancel)
     up_of(scene)
@@ -152,12 +152,12 @@ def stack_robustness(
             if progress is not None:
                 progress(len(done), len(questions))
     except (TimeoutError, em.Cancelled):
-        if not done[: len(asked)]:
+        if not done:
             raise
     pushes = tuple(sorted(done[: len(asked)], key=lambda push: push.effort))
     found = dict(zip([*support, "speed"], done[len(asked) :], strict=False))
     tilt, acceleration, speed = (found.get(name) for name in (*SUPPORT, "speed"))
-    whole = len(done) == len(questions)
+    whole = len(done) == len(questions) and all(one.complete for one in found.values())
     return StackRobustness(scene, start, pushes, tilt, acceleration, speed, whole)
 
 

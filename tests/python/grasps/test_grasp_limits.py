@@ -1,6 +1,7 @@
 """How much a grasp can take: the least force by Coulomb, the largest error by the pad's size."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -88,6 +89,43 @@ def test_a_cancel_keeps_the_grasps_that_are_done():
     cancel.set()
     with pytest.raises(em.Cancelled, match="before a grasp has its limits"):
         grip(vary={"force": (0.5, 20.0)}, cancel=cancel)
+
+
+def test_a_grasp_that_is_cut_off_within_its_trials_is_unfinished(monkeypatch):
+    run = em.capture_probability
+
+    def cut_off(problem, **asked):
+        asked["cancel"].set()
+        found = run(problem, **asked | {"rollouts": 3, "cancel": None})
+        names = ("exit_times", "steps", "unconverged", "lost_time")
+        return SimpleNamespace(complete=False, **{name: getattr(found, name) for name in names})
+
+    monkeypatch.setattr(em, "capture_probability", cut_off)
+    found = grip(vary={"force": (0.5, 20.0)}, threads=1)
+    assert found.limits == {"force": [None]} and found.errors == {} and not found.complete
+
+
+def test_the_moments_of_an_object_grow_with_its_mass(monkeypatch):
+    turned, built = np.diag([1.0, -1.0, -1.0, 1.0]), {}
+    shape, known = em.Box((WIDTH, 0.04, 0.06)), em.Inertial((0, 0, 0), inertia=[1e-4, 1e-4, 5e-5])
+    block = em.grasps.GraspObject(shape, mass=MASS, friction=FRICTION, inertial=known)
+    outcomes = GraspTrials.outcomes
+
+    def seen(trials, *given):
+        built[trials.object.mass] = trials.object.inertial.moments
+        return outcomes(trials, *given)
+
+    monkeypatch.setattr(GraspTrials, "outcomes", seen)
+    asked = {"vary": {"mass": (0.1, 0.9)}, "draws": 16, "probability": 0.5, "tolerance": 0.2}
+    em.grasps.limits(em.grasps.GraspSet(turned[None]), "panda", block, threads=1, **asked)
+    assert {0.1, 0.9} <= set(built)
+    for mass, moments in built.items():
+        assert moments == pytest.approx(np.array(known.moments) * mass / MASS)
+
+
+def test_what_limits_does_not_take_is_named():
+    with pytest.raises(TypeError, match=r"limits takes no rollouts, expected .*belief, dist"):
+        grip(vary={"force": (0.5, 20.0)}, rollouts=3)
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """Grasps that are scored: closed forms, draws, what is lost and how, files of scores."""
 
+import re
 import threading
 import warnings
 from contextlib import suppress
@@ -457,6 +458,23 @@ def test_a_hand_of_a_file_has_its_grasp_frame_where_a_link_is_and_closes_with_it
         replace(hand).add_to(em.Scene(), force=1.0, opening=np.nan)
 
 
+def test_a_hand_of_a_file_is_another_one_once_a_mesh_of_it_has_changed(two_fingers):
+    def finger(width):
+        trimesh.creation.box((0.01, width, 0.04)).export(two_fingers.path.parent / "finger.obj")
+        return two_fingers.text["file"]
+
+    text = re.sub("<box [^>]*>", '<mesh filename="finger.obj"/>', two_fingers.path.read_text())
+    two_fingers.path.write_text(text)
+    assert finger(0.02) == finger(0.02) != finger(0.01)
+
+
+def test_the_lab_s_belief_leaves_the_force_of_a_hand_of_a_file(two_fingers):
+    asked = {"belief": "lab", "rollouts": 2, "disturbance": STILL, "threads": 1}
+    scores = score(grasps(), two_fingers, cube(), **asked)
+    assert scores.errors == {} and scores.trials.draw(0).force == 1.0
+    assert scores.trials.draw(0).mass != 0.2
+
+
 def test_what_a_hand_of_a_file_does_not_have_is_refused(two_fingers):
     with pytest.raises(
         ValueError, match=r"hand is 'a.urdf', .* em.grasps.HandFile\('a.urdf', close="
@@ -548,6 +566,7 @@ def test_what_cannot_be_is_refused(given, message):
         (lambda: GraspBelief(force=-1.0), "force is -1"),
         (lambda: GraspBelief(pose=[0.1] * 3), "pose is .* six"),
         (lambda: GraspBelief(pose=POSE, about="origin"), "about is 'origin'"),
+        (lambda: GraspSet(np.zeros((0, 4, 4))), "^there are no grasps, expected one at least"),
         (lambda: Protocol([]), "motions is empty"),
         (lambda: Protocol([Motion("hold", 1)], gravity="up"), "gravity is 'up'"),
         (

@@ -9,6 +9,7 @@ from scipy import stats
 from scipy.spatial.transform import Rotation
 
 import energymargin as em
+from energymargin.placing.pushes import Pushes
 
 trimesh = pytest.importorskip("trimesh")
 BOARD, CUP = (0.5, 0.3, 0.02), (0.06, 0.06, 0.1)
@@ -63,6 +64,25 @@ def test_the_least_push_of_a_placement_is_that_of_its_edge():
     assert found.pushes["free"].effort == pytest.approx(free, rel=0.02)
     assert found.pushes["brink"].effort == pytest.approx(brink, rel=0.02)
     assert found.pushes["brink"].direction == pytest.approx((1, 0, 0))
+
+
+def test_a_cup_that_falls_by_itself_needs_no_push():
+    found = em.placements(board_and_cup(), "cup", {"beyond": at(0.27, 0)}, rollouts=5)
+    push = found.pushes["beyond"]
+    assert (push.effort, push.way, push.takes) == (0.0, "by itself", ())
+
+
+def test_a_push_that_is_cut_off_is_missing(monkeypatch):
+    cancel, least = em.Cancel(), Pushes.least
+
+    def cut_off(*given):
+        cancel.set()
+        return least(*given)
+
+    monkeypatch.setattr(Pushes, "least", cut_off)
+    poses = {"a": at(0, 0), "b": at(0.1, 0)}
+    found = em.placements(board_and_cup(), "cup", poses, rollouts=5, cancel=cancel)
+    assert found.ranking.complete and not found.pushes and not found.complete
 
 
 def test_a_neighbour_that_falls_with_it_is_named_and_one_in_its_way_blocks():
@@ -202,6 +222,24 @@ def test_the_command_ranks_poses_of_a_table_and_a_grid(tmp_path):
     assert done.returncode == 2 and "--pose is 9" in done.stderr
     done = run_here("placements", "poses.csv", *mesh, "--turns", 4, cwd=tmp_path)
     assert done.returncode == 2 and "--turns is 4, but it is of a grid" in done.stderr
+
+
+def test_the_command_takes_poses_that_are_far_from_the_origin(tmp_path):
+    trimesh.creation.box(CUP).export(tmp_path / "cup.obj")
+    board = trimesh.creation.box(BOARD)
+    board.apply_translation((8, 0, 0))
+    board.export(tmp_path / "board.obj")
+    (tmp_path / "poses.csv").write_text("name,x,y,z,qx,qy,qz,qw\nfar,8,0,.06,0,0,0,1\n")
+    mesh = ["--object", "cup.obj", "--mass", 0.3, "--on", "board.obj", "--rollouts", 2]
+    done = run_here("placements", "poses.csv", *mesh, "--pushed", 0, cwd=tmp_path)
+    assert done.returncode == 0 and "| far | 1.00 |" in done.stdout, done.stderr
+
+
+def test_poses_that_are_none_and_a_single_turn_are_named():
+    with pytest.raises(TypeError, match=r"poses is 3, expected poses \(4, 4\), a dict"):
+        em.placements(board_and_cup(), "cup", 3)
+    with pytest.raises(ValueError, match="yaws is 3, expected turns in rad"):
+        em.placements(board_and_cup(), "cup", on=["board"], yaws=3)
 
 
 def test_the_command_sets_it_down_with_a_hand(tmp_path):

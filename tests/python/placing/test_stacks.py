@@ -1,5 +1,7 @@
 """What a stack can take: efforts, tilts and accelerations in closed form."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -144,6 +146,24 @@ def test_a_limit_keeps_the_bodies_that_are_done():
         scene, progress=lambda done, _: cancel.set() if done == 2 else None, cancel=cancel
     )
     assert not found.complete and len(found.pushes) == 2 and found.tilt is None
+
+
+def test_a_limit_keeps_what_the_support_may_do_without_bodies():
+    scene, cancel = on_a_tray((0.05, 0.05, 0.1)), em.Cancel()
+    asked = {"bodies": [], "cancel": cancel}
+    found = em.stack_robustness(scene, progress=lambda *_: cancel.set(), **asked)
+    assert not found.complete and found.tilt.complete and found.acceleration is None
+
+
+def test_what_has_a_critical_value_that_is_cut_off_is_not_complete(monkeypatch):
+    search = em.critical_value
+
+    def cut_off(*given, **asked):
+        return replace(search(*given, **asked), complete=False)
+
+    monkeypatch.setattr(em, "critical_value", cut_off)
+    found = em.stack_robustness(on_a_tray((0.05, 0.05, 0.1)), support=("tilt",))
+    assert len(found.pushes) == 1 and found.tilt is not None and not found.complete
 
 
 def test_a_tray_that_is_carried_may_be_so_much_faster():
