@@ -1094,7 +1094,7 @@ class PolicyPlan(Plan):
         ...
 class Contact:
     """
-    One point where two bodies touch, and the forces there over the last step.
+    One point where two bodies touch, and the forces there over the last part of its step: where bodies come into contact or bounce, a step has several. What a Feedback observes as "force(a, b)" is the mean over a step.
     """
     def __init__(self, *, body_a: str, body_b: str, position: numpy.typing.ArrayLike, normal: numpy.typing.ArrayLike, distance: float, normal_force: float, tangential_force: numpy.typing.ArrayLike, friction: float) -> None:
         """

@@ -78,15 +78,15 @@ def named(problems: object, plans: object = None) -> dict[str, Problem]:
 
 def check_alike(question: Question, field: Mapping[str, Problem]) -> None:
     """Raises ValueError on a candidate that would not meet the disturbances of the first one, or
-    not for as long."""
+    not for as long. `field`: the candidates, by what a message calls them."""
     first, *others = field
     expected = _met(question, field[first])
     for name in others:
         for what, theirs in _met(question, field[name]).items():
             if theirs != expected[what]:
-                known = f"problems[{first!r}] {shown(expected[what])}"
+                known = f"{first} {shown(expected[what])}"
                 why = "expected the same: candidates meet the same disturbances"
-                raise ValueError(f"problems[{name!r}] has {what} {shown(theirs)}, {known}, {why}")
+                raise ValueError(f"{name} has {what} {shown(theirs)}, {known}, {why}")
 
 
 def _met(question: Question, problem: Problem) -> dict[str, object]:
@@ -96,5 +96,6 @@ def _met(question: Question, problem: Problem) -> dict[str, object]:
         "the objects": [body.name for body in problem.scene.bodies if body.role == "object"],
         "the force bounds": np.asarray(problem.force).tolist(),
         "the torque bounds": np.asarray(problem.torque).tolist(),
+        "the duration": problem.duration,
         "the horizon": None if question.metric == "probability/success" else problem.horizon,
     }

@@ -83,6 +83,7 @@ class Search:
         each = log(max(self.lost, self.probability))
         usual = int(min(max(DRAWS, np.ceil(log(self.alpha / SPARE) / each)), MOST))
         self.draws = usual if asked is None else whole_number("draws", asked, PILOT)
+        self.most = 2 * MOST if asked is None else self.draws  # of a test of an end
         law, counts = stats.binom(self.draws, self.lost), np.arange(self.draws + 1)
         likely = counts[(law.cdf(counts) > self.alpha) & (law.sf(counts - 1) > self.alpha)]
         middle = int(np.floor(self.lost * self.draws)) + 1
@@ -345,14 +346,18 @@ class Part:
 
     def _moved(self, u: float, by: float) -> float:
         """An end of the interval that draws which were not used before say is one."""
-        new = np.arange(self._search.draws, 2 * self._search.draws)
-        alpha = self._search.alpha / (1.0 if self._follow else 2.0)  # half is for `parts`
+        search, first = self._search, self._search.draws
+        alpha = search.alpha / (1.0 if self._follow else 2.0)  # half is for `parts`
         while 0.0 <= u <= 1.0:
             alpha /= 2.0
-            side = self._search.side(self._number(u), new, alpha)
+            alike = log(alpha) / log(search.probability if by < 0 else search.lost)
+            count = max(search.draws, int(np.ceil(alike)))  # so few prove it if they are all alike
+            if count > search.most:
+                break
+            side = search.side(self._number(u), np.arange(first, first + count), alpha)
             if side is None:
                 break
             if side == (1 if by < 0 else -1):
                 return u
-            u, by, new = u + by, 2.0 * by, new + self._search.draws
+            u, by, first = u + by, 2.0 * by, first + count
         return -np.inf if by < 0 else np.inf

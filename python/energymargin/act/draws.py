@@ -93,15 +93,15 @@ class Question:
         return float(draws.kept.mean())
 
     def interval(self, draws: Draws) -> tuple[float, float]:
-        """(low, high) of the score with 95 % confidence; of efforts two order statistics, if so
-        many tell."""
+        """(low, high) of the score with 95 % confidence; of efforts two order statistics, or (0,
+        inf) where the draws are too few for those."""
         if not self.is_effort:
             return draws.interval()
         from scipy import stats
 
         count, ordered = len(draws.kept), np.sort(draws.kept).tolist()
-        first = max(int(stats.binom.ppf((1.0 - OF_INTERVALS) / 2, count, 0.5)) - 1, 0)
-        return ordered[first], ordered[count - 1 - first]
+        first = int(stats.binom.ppf((1.0 - OF_INTERVALS) / 2, count, 0.5)) - 1
+        return (ordered[first], ordered[count - 1 - first]) if first >= 0 else (0.0, np.inf)
 
     def check(self, name: str, problem: Problem) -> None:
         """Raises ValueError if a problem lacks what the question is about."""
@@ -294,14 +294,17 @@ class Trials(ExitStack):
 
 
 def draw_chunk(question: Question, draws: Sequence[Draw], cancel: Cancel) -> list[Draws | None]:
-    """On a worker: what came of draws; those of one problem together, at the first of them."""
+    """On a worker: what came of draws; those of one problem that follow each other together, at the
+    first of them. Draws that a lost worker leaves come again behind later ones."""
 
-    def together(draw: Draw) -> tuple[int, int]:
-        return draw.candidate, draw.number if question.is_effort else id(draw.problem)
+    def together(place: int) -> tuple[int, int, int]:
+        draw = draws[place]
+        run = place if question.is_effort else draw.number - place
+        return draw.candidate, id(draw.problem), run
 
     results: list[Draws | None] = []
-    for _, group in groupby(draws, together):
-        first, *others = group
+    for _, group in groupby(range(len(draws)), together):
+        first, *others = (draws[place] for place in group)
         settings = replace(question.settings, rollouts=1 + len(others))
         number = first.number if question.is_effort else None
         which: Any = {} if question.is_effort else OF_ROLLOUTS | {"first": first.number}

@@ -169,8 +169,9 @@ def improve(
         parameters: by name (low, start, high), or (low, high), which starts in the middle.
         make_plan: a function of the values by name, which returns a Plan; or a whole Problem, where
             the start or the scene depends on them too; or None for values that cannot be.
-            All have the same horizon, unless success is asked: a shorter plan is no safer one. Rows
-            of a Plan begin at the steps of the scene that are nearest to their times.
+            All have the same step, objects, bounds and duration, and the same horizon unless
+            success is asked: a shorter plan is no safer one. Rows of a Plan begin at the steps of
+            the scene that are nearest to their times.
         metric: what is to be large: "probability" of staying captured, "probability/success", or
             an effort of escape: "effort", "effort/est" or "effort/rrt".
         disturbance: as of `em.capture_probability`, but Boltzmann; None: Uniform(). Not of efforts.

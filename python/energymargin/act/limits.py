@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from numbers import Real
@@ -21,6 +21,7 @@ from energymargin.base.summary import Summarized
 from energymargin.evaluate.searches import algorithm
 from energymargin.model.beliefs.uncertainty import Uncertainty
 
+LASTING = ("horizon", "speed")  # quantities that change the horizon
 Axis = tuple[str, tuple[float, float]] | tuple[str, tuple[float, float], str]
 """A quantity's name, its range, and its unit if it has one."""
 
@@ -131,6 +132,9 @@ def critical_values(
     """
     check_type("problem", problem, Problem, "a Problem")
     require(isinstance(vary, Mapping) and vary, "vary", vary, "ranges by name, {'push': (0.1, 20)}")
+    for name in vary:
+        if not isinstance(name, str | Quantity):
+            raise TypeError(f"vary has the name {name!r}, expected a str or a Quantity")
     limit = Limit(timeout, cancel)
     varied = {q if isinstance(q, Quantity) else quantity_of(problem, q): vary[q] for q in vary}
     if isinstance(known := asked.get("uncertainty"), Uncertainty):
@@ -139,7 +143,7 @@ def critical_values(
     searches = [(one.problem, one.name, ends, one.unit) for one, ends in varied.items()]
     found = one_after_the_other(searches, progress, limit, asked)
     first, engine = found[0], problem.scene.engine
-    what = f"captured for {problem.horizon:g} s with probability {first.probability:g}"
+    what = f"{_asked_for(problem, varied, asked)} with probability {first.probability:g}"
     engine = f"engine {getattr(engine, 'name', engine)}; seed {asked.get('seed', 0)}"
     sure = f"intervals of {first.confidence:g}; {engine}; algorithm {algorithm()}"
     return CriticalValues(found, tuple(one.nominal for one in varied), f"Asked: {what}; {sure}.")
@@ -178,6 +182,13 @@ def critical_curve(
     searches = [(partial(problem_of, value), other, asked_range, other_unit) for value in values]
     found = one_after_the_other(searches, progress, limit, asked)
     return CriticalCurve(name, unit, np.array(values), found, confidence)
+
+
+def _asked_for(problem: Problem, varied: Iterable[Quantity], asked: Mapping[str, Any]) -> str:
+    success = asked.get("metric") == "probability/success"
+    lasting = problem.horizon is None or any(one.name in LASTING for one in varied)
+    time = "its horizon" if lasting else f"{problem.horizon:g} s"
+    return f"{'success within' if success else 'captured for'} {time}"
 
 
 def _require_not_drawn(problem: Problem, name: str, known: Uncertainty) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Plan, Problem
+from energymargin.act.candidates import check_alike
 from energymargin.act.draws import Question
 from energymargin.base.aliases import Floats
 from energymargin.base.checks import check_type, function_of, numbers_of, require, shown
@@ -90,19 +91,15 @@ class Maker:
 
     def problems(self, points: Mapping[str, Floats]) -> dict[str, Problem]:
         """The problems of points in the unit cube, by name, without those that cannot be, or break
-        a constraint. Raises ValueError on one of another horizon than the start's, unless success
-        is asked."""
+        a constraint. Raises ValueError on one that would not meet the start's disturbances."""
         there: dict[str, Problem] = {}
         for name, point in points.items():
             values = self.box.values(point)
             made = None if self.violation(point) > 0 else self._made(values)
             if made is None:
                 continue
-            same = made.horizon == self.start.horizon
-            if not same and self.question.metric != "probability/success":
-                of = f"{made.horizon} s for {values}, of {self.start.horizon} s for the start"
-                way = "expected the same: set the problem's horizon"
-                raise ValueError(f"make_plan makes a horizon of {of}, {way}")
+            field = {"the start": self.start, f"what make_plan makes of {values}": made}
+            check_alike(self.question, field)
             there[name] = made
         return there
 

@@ -214,6 +214,10 @@ def _of_body(problem: Problem, name: str, body: str) -> Quantity:
     for each in pair:
         one_of("vary", each, tuple(bodies))
     two = len(pair) == 2
+    of_pairs = [a if b == body else b for a, b in scene.pair_frictions if body in (a, b)]
+    if kind == "friction" and of_pairs:
+        own = f"whose coefficient with {of_pairs[0]!r} was set for the pair and does not follow it"
+        raise ValueError(f"vary is {name!r}, {own}, expected 'friction.{body},{of_pairs[0]}'")
 
     def changed(value: float) -> Problem:
         other = scene.with_body(pair[0], **({} if two else {kind: value}))  # a copy

@@ -184,8 +184,8 @@ def rank(
     that of the one that beats each other one in most of the searches in which they differ.
 
     Args:
-        problems: the candidates, with the same step, objects and bounds, and with the same horizon
-            unless success is asked; a dict gives them names, otherwise they are "0", "1", ...
+        problems: the candidates, with the same step, objects, bounds and duration, and the same
+            horizon unless success is asked; a dict gives them names, else they are "0", "1", ...
         plans: of a single problem: each makes a candidate of it, `problem.replace(plan=plan)`.
         metric: "probability" of staying captured, "probability/success", or an effort of escape,
             "effort", "effort/est" or "effort/rrt".
@@ -220,9 +220,10 @@ def rank(
     yes_or_no("race", race)
     field = named(problems, plans)
     function_or_none("progress", progress, "done", "total")
-    for name, problem in field.items():
-        question.check(f"problems[{name!r}]", problem)
-    check_alike(question, field)
+    called = {f"problems[{name!r}]": problem for name, problem in field.items()}
+    for name, problem in called.items():
+        question.check(name, problem)
+    check_alike(question, called)
     asked = (most, confidence, tolerance)
     with Trials(question, uncertainty, store=store, executor=executor, threads=threads) as trials:
         comparison = Race(field, uncertainty, question)

@@ -171,6 +171,8 @@ def names_of(name: str, value: Sequence[str]) -> Sequence[str]:
     """`value`, if it is no single name; else a ValueError with `name`."""
     if isinstance(value, str):
         raise ValueError(f"{name} is {value!r}, expected a list of names: [{value!r}]")
+    if not isinstance(value, Iterable):
+        raise TypeError(f"{name} is {value!r}, expected a list of names")
     return value
 
 

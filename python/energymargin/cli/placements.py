@@ -116,7 +116,6 @@ def placements(
     with terminal.loading():
         import energymargin.grasps
         import energymargin.placing  # noqa: F401
-        from energymargin.grasps.files import read_poses
 
         suffixes = terminal.TEXTS + terminal.PICTURES
         terminal.require_outputs(output or (), overwrite=overwrite, suffixes=suffixes)
@@ -133,7 +132,7 @@ def placements(
         found = em.placements(
             scene,
             "object",
-            None if poses is None else read_poses(poses),
+            None if poses is None else em.grasps.read_poses(poses),
             on=[body.name for body in scene.bodies if body.name != "object"],
             spacing=0.05 if spacing is None else spacing,
             yaws=[2 * np.pi * turn / many for turn in range(many)],

@@ -39,14 +39,19 @@ class EngineComparison(Record, Summarized):
     def differing(self, engine: int = 1) -> NDArray[np.intp]:
         """Numbers of the draws that one engine loses and the first does not, or the reverse."""
         first, other = self.exit_times[0], self.exit_times[engine]
-        known = ~(np.isnan(first) | np.isnan(other))
-        return np.flatnonzero(known & (np.isinf(first) != np.isinf(other)))
+        return np.flatnonzero(self._counting[engine] & (np.isinf(first) != np.isinf(other)))
 
     @property
     def agreement(self) -> Floats:
-        """Share of the draws that end as in the first engine, shape (E,)."""
-        count = max(1, self.exit_times.shape[1])
-        return np.array([1 - self.differing(i).size / count for i in range(len(self.engines))])
+        """Share of the draws that end as in the first engine, of those that diverge in neither,
+        shape (E,)."""
+        counts = np.maximum(1, self._counting.sum(1)).tolist()
+        return np.array([1 - self.differing(i).size / count for i, count in enumerate(counts)])
+
+    @property
+    def _counting(self) -> NDArray[np.bool_]:
+        """Which draws diverge neither in an engine nor in the first, shape (E, n)."""
+        return np.asarray(~np.isnan(self.exit_times[0] + self.exit_times))
 
     __str__ = Summarized.to_markdown
 

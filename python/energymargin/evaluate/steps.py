@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from energymargin._core import Cancel, CaptureProbability, Problem
+from energymargin._core import Cancel, CaptureProbability, Problem, stream
 from energymargin.base.aliases import Floats, Ints
 from energymargin.base.checks import function_or_none, share, whole_number
 from energymargin.base.errors import DivergedError
@@ -101,8 +101,9 @@ def longest_step(
     quarter of it.
 
     `problems`: states that are typical of what will be asked, of one scene or of several with the
-    same step. Each is asked with each step under the same disturbances (`seed`), `rollouts` times;
-    so a difference is one of steps. A step holds if the 95 % interval of its mean difference lies
+    same step. Each is asked with each step under the same disturbances, `rollouts` times; so a
+    difference is one of steps. Those of the first problem have the `seed`, those of problem i
+    em.stream(seed, i). A step holds if the 95 % interval of its mean difference lies
     within `error`, and that of no problem lies beyond. Then
     `problem.with_step(choice.step)` asks with it. A step with which more than one rollout of a
     problem, and more than 1 % of them, diverge is too long. Raises ValueError on no problems,
@@ -122,7 +123,7 @@ def longest_step(
     whole_number("rollouts", rollouts, 1)
 
     drawn_step = None if callable(disturbance) else next(iter(steps))
-    asks: dict[str, Any] = {"rollouts": rollouts, "seed": seed, "threads": threads}
+    asks: dict[str, Any] = {"rollouts": rollouts, "threads": threads}
     asks |= {"disturbance": disturbance, "drawn_step": drawn_step, "most_diverged": ANY}
     asks |= {"warn": False, "undisturbed": False}
     nothing = np.zeros(len(asked), int)
@@ -133,7 +134,8 @@ def longest_step(
         nonlocal done
         found: list[CaptureProbability] = []
         for number, each in enumerate(asked):
-            one = capture_probability(each.with_step(step), **asks, **limit.rest())
+            own = seed if number == 0 else stream(seed, number)
+            one = capture_probability(each.with_step(step), seed=own, **asks, **limit.rest())
             if not one.complete:
                 limit.require("the steps were compared")
             done, found = done + 1, [*found, one]

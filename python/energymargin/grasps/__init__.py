@@ -5,7 +5,7 @@ from energymargin.grasps.baselines import BASELINES, LESS_IS_BETTER, baselines
 from energymargin.grasps.belief import GraspBelief
 from energymargin.grasps.calibration import GraspCalibration, calibrate, recalibrate
 from energymargin.grasps.comparison import ComparedScore, GraspComparison, compare
-from energymargin.grasps.files import SUFFIXES, read, write
+from energymargin.grasps.files import SUFFIXES, read, read_poses, write
 from energymargin.grasps.frames import FRAMES
 from energymargin.grasps.grasp_object import GraspObject
 from energymargin.grasps.grasp_set import GraspSet, ObjectFacts, Source
@@ -21,7 +21,7 @@ __all__ = ["BASELINES", "FRAMES", "HANDS", "LESS_IS_BETTER", "PROTOCOLS", "SUFFI
 __all__ += ["ComparedScore", "GraspBelief", "GraspCalibration", "GraspComparison", "GraspLimits"]
 __all__ += ["GraspObject", "GraspScores", "GraspSet", "Grip", "Hand", "HandFile", "Motion"]
 __all__ += ["ObjectFacts", "ParallelGripper", "Protocol", "Source", "WrenchSpace", "baselines"]
-__all__ += ["calibrate", "compare", "grip", "limits", "read", "recalibrate", "score"]
-__all__ += ["wrench_space", "write"]
+__all__ += ["calibrate", "compare", "grip", "limits", "read", "read_poses", "recalibrate"]
+__all__ += ["score", "wrench_space", "write"]
 
 check_doors(globals(), __all__)

@@ -78,9 +78,10 @@ def read(
         return _grasps(path, _chosen(_content(path), where), frame, object, scale)
 
 
-def read_poses(path: Path) -> dict[str, Floats]:
+def read_poses(path: str | os.PathLike[str]) -> dict[str, Floats]:
     """Poses (4, 4) of anything, however far away, by name, from a file as of `read`, whose errors
     it raises; and ValueError on a name that is there twice."""
+    path = Path(path)
     with _errors_of(path):
         rows = _chosen(_content(path), {})
         grasp_set.check_poses("the pose", rows.poses, rows.names)

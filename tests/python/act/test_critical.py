@@ -1,6 +1,7 @@
 """How much it can take: critical values against closed forms, and what is said of the others."""
 
 import json
+from functools import partial
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from command_line import invoke
 from scipy import stats
 
 import energymargin as em
+from energymargin.act.quantities import Quantity
 
 G = 9.81
 NOTHING = em.disturbances.Uniform(0.0)  # all draws are alike
@@ -507,6 +509,50 @@ def test_several_quantities_have_margins_and_the_tightest_is_named(tmp_path):
 def test_a_quantity_that_a_problem_does_not_have_is_named(name, match):
     with pytest.raises(ValueError, match=match):
         em.critical_values(on_slope(), {name: (0.1, 1.0)})
+
+
+def test_a_friction_that_a_pair_does_not_follow_is_refused():
+    scene = on_slope().scene
+    scene.set_friction("floor", "object", 0.8)
+    problem = on_slope().replace(scene=scene)
+    way = "'floor' was set for the pair and does not follow it, expected 'friction.object,floor'"
+    with pytest.raises(ValueError, match=f"'friction.object', whose coefficient with {way}"):
+        em.critical_values(problem, {"friction.object": (0.1, 1.0)})
+    ranges = {"friction.object,floor": (0.1, 1.0)}
+    assert em.critical_values(problem, ranges, disturbance=NOTHING)[0].side == "above"
+
+
+def test_a_name_that_is_none_is_refused():
+    with pytest.raises(TypeError, match="vary has the name 3, expected a str or a Quantity"):
+        em.critical_values(on_slope(), {3: (0, 1)})
+
+
+def test_what_was_asked_is_said_as_it_was():
+    own, until = on_slope(0.8, horizon=None), em.regions.Ball("object", (0, 0, 0.02), 0.01)
+    lasting = Quantity("load", "N", 1.0, lambda v: own.replace(force=(v, v, 0), horizon=0.1))
+    done, ranges = on_slope(0.8, succeeded=until), {"push": (0.1, 1.0)}
+    found = [
+        em.critical_values(own, {lasting: (0.1, 1.0)}, disturbance=NOTHING),
+        em.critical_values(done, ranges, disturbance=NOTHING, metric="probability/success"),
+        em.critical_values(done, {"horizon": (0.1, 0.2)}, disturbance=NOTHING),
+    ]
+    said = [one.question.partition(" with")[0].removeprefix("Asked: ") for one in found]
+    assert said == ["captured for its horizon", "success within 1 s", "captured for its horizon"]
+
+
+def test_an_end_is_moved_until_it_holds_with_as_many_draws_as_that_needs():
+    """Draws with other luck at each value; of one in five both ends were not found within 120."""
+
+    def luck(value, numbers, seed):
+        own = np.random.default_rng([seed, int(value * 1e9)]).random(20_000)
+        return own[np.array(numbers)] < 1 / (1 + np.exp(2 * (value - 5)))
+
+    with pytest.warns(em.PlausibilityWarning):
+        found = [
+            em.critical_value_of(partial(luck, seed=seed), "load", (0.0, 10.0))
+            for seed in range(30)
+        ]
+    assert sum(one.side == "unknown" for one in found) <= 1
 
 
 def test_a_link_has_no_place_of_its_own():

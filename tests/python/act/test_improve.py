@@ -282,9 +282,25 @@ def test_plans_of_other_lengths_are_compared_for_success_alone():
         return problem(0.0).replace(horizon=1.0 if values["t"] == 1.0 else 0.5)
 
     times = {"t": (0.5, 1.0, 1.5)}
-    with pytest.raises(ValueError, match=r"a horizon of 0.5 s for .*, of 1.0 s for the start"):
+    with pytest.raises(ValueError, match=r"has the horizon 0.5, the start 1.0, expected the same"):
         em.improve(problem(), times, lasting, **SMALL)
     em.improve(problem(), times, lasting, metric="probability/success", **{**SMALL, "budget": 1000})
+
+
+@pytest.mark.parametrize(
+    ("changed", "what"),
+    [
+        (lambda v: {"force": (v, 0, 0)}, "the force bounds"),
+        (lambda v: {"torque": (v, 0, 0)}, "the torque bounds"),
+        (lambda v: {"duration": v / 20}, "the duration"),
+    ],
+)
+def test_a_plan_that_would_meet_weaker_disturbances_is_refused(changed, what):
+    def weaker(values):
+        return problem(**changed(values["v"]))
+
+    with pytest.raises(ValueError, match=f"makes of {{'v': .*has {what} .*, the start "):
+        em.improve(problem(), {"v": (1.0, 10.0, 11.0)}, weaker, **SMALL)
 
 
 def test_a_timeout_leaves_the_plan_that_is_found_by_then_and_a_cancel_raises(tmp_path):

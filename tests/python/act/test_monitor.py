@@ -315,6 +315,8 @@ def test_a_task_s_own_plan_is_the_question_of_a_state_and_its_time():
         ({"rollouts": (9, 8)}, "rollouts is 8, expected a whole number of at least 9"),
         ({"rollouts": (1, 2, 3)}, r"rollouts is \(1, 2, 3\), expected a number, or"),
         ({"seed": -1}, "seed is -1"),
+        ({"disturbance": "x"}, "disturbance is 'x', expected a model of em.disturbances"),
+        ({"disturbance": em.disturbances.Uniform}, "disturbance is .*, expected a model"),
         ({"workers": 0}, "workers is 0"),
         ({"threads": 0}, "threads is 0"),
         ({"waiting": 0}, "waiting is 0"),

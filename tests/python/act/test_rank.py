@@ -10,7 +10,7 @@ from scipy import stats
 from sliding import diverging, problem, still
 
 import energymargin as em
-from energymargin.act.draws import Draw, Question, draw_chunk
+from energymargin.act.draws import Draw, Draws, Question, draw_chunk
 from energymargin.act.racing import Duel, beaten, beats, duel, looks
 from energymargin.act.ranking import Race
 
@@ -391,11 +391,38 @@ def test_a_rollout_that_diverges_decides_no_duel():
     [
         (problem(horizon=3.0), r"problems\['1'\] has the horizon 3.0, problems\['0'\] 1.0"),
         (problem(force=(5, 0, 0)), "has the force bounds"),
+        (problem(duration=0.1), r"problems\['1'\] has the duration 0.1, problems\['0'\] 0.5"),
     ],
 )
 def test_candidates_that_would_not_meet_the_same_are_refused(other, message):
     with pytest.raises(ValueError, match=message):
         em.rank([problem(), other])
+
+
+@pytest.mark.parametrize("metric", ["probability", "effort/est"])
+def test_draws_that_a_lost_worker_left_behind_later_ones_keep_their_bits(metric):
+    question, one = Question(metric, None if "effort" in metric else PUSHES, nodes=20), problem(0.7)
+    draws = [Draw(0, number, one) for number in range(12)] + [Draw(1, 12, one)]
+
+    def values(chunk):
+        found = draw_chunk(question, chunk, em.Cancel())
+        return [value for part in found if part is not None for value in part.values]
+
+    right = [values([draw]) for draw in draws]
+    assert len({tuple(value) for value in right}) > 1
+    for order in ([*range(13)], [*range(8, 13), *range(8)], [3, 1, 0, 12, 2]):
+        assert values([draws[k] for k in order]) == [right[k][0] for k in order]
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 6, 7, 16])
+def test_nineteen_of_twenty_intervals_of_an_effort_hold_its_median(count):
+    """Of draws of a uniform law, by the binomial number of those that are below its median."""
+    ends = np.arange(1.0, count + 1)
+    low, high = Question("effort/est").interval(Draws(ends, ends, 0))
+    below = np.arange(count + 1)  # which draws hold the median between them
+    held = (low <= below) & (below + 1 <= high)
+    assert stats.binom.pmf(below, count, 0.5)[held].sum() >= 0.95
+    assert ((low, high) == (0.0, np.inf)) == (count < 6)
 
 
 def test_looks_end_with_all_draws():

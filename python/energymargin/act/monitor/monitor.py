@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Cancel, CaptureProbability, Problem, disturbances
+from energymargin.act.draws import check_disturbance
 from energymargin.act.monitor.alarm import Alarm, Threshold
 from energymargin.act.monitor.stream import Counters, Pace, Pushed, Reading, Stream
 from energymargin.base import checks
@@ -109,6 +110,7 @@ class Monitor(Closing):
         self.rule = rule if rule is None or isinstance(rule, Alarm) else Alarm(rule)
         self._period = checks.positive_number("period", period)
         self._pace = Pace(rollouts, self._period)
+        check_disturbance(disturbance)
         self._disturbance = disturbances.Uniform() if disturbance is None else disturbance
         self._settings = SearchSettings(seed=seed, common_random_numbers=True)
         self._conditions = None if self.rule is None else self.rule.holds_for()
