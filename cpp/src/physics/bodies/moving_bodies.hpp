@@ -48,6 +48,11 @@ struct JointSum {
     double coefficient;
   };
   std::vector<Term> terms{};
+
+  //! Whether it has a joint of a tree.
+  bool has(std::size_t tree) const {
+    return std::any_of(terms.begin(), terms.end(), [tree](const Term& term) { return term.link.tree == tree; });
+  }
 };
 
 //! A joint that follows another one: the sum is constant.

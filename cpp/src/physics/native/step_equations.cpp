@@ -229,8 +229,20 @@ void StepEquations::coast(FreeBody& body, double duration) const {
   body.spin = spin_after(mean * duration);
 }
 
-// Whether nothing touches a tree in this substep, and nothing drives or holds it.
+// Whether nothing touches a tree in this substep, and nothing drives or holds it, nor those whose joints follow its
+// own or lead them.
 bool StepEquations::is_alone(std::size_t index, const Substep& substep) const {
+  const auto alone = [&](const JointSum::Term& term) { return is_free(term.link.tree, substep); };
+  for (const std::vector<MimicConstraint>& group : bodies_.mimics()) {
+    if (std::none_of(group.begin(), group.end(), [&](const MimicConstraint& of) { return of.has(index); })) continue;
+    for (const MimicConstraint& mimic : group) {
+      if (!std::all_of(mimic.terms.begin(), mimic.terms.end(), alone)) return false;
+    }
+  }
+  return is_free(index, substep);
+}
+
+bool StepEquations::is_free(std::size_t index, const Substep& substep) const {
   Articulation& tree = this->tree(index);
   if (tree.drives() || tree.kinematic() || tree.looped()) return false;
   const auto is_here = [&](std::size_t body) { return bodies_.link(body) && bodies_.link(body)->tree == index; };
@@ -243,13 +255,8 @@ bool StepEquations::is_alone(std::size_t index, const Substep& substep) const {
   for (const Motor& motor : substep.motors) {
     if (is_here(motor.body)) return false;
   }
-  const auto has_it = [index](const JointSum& sum) {
-    return std::any_of(sum.terms.begin(), sum.terms.end(),
-                       [index](const JointSum::Term& term) { return term.link.tree == index; });
-  };
-  if (std::any_of(bodies_.tendons().begin(), bodies_.tendons().end(), has_it)) return false;
-  for (const std::vector<MimicConstraint>& mimics : bodies_.mimics()) {
-    if (std::any_of(mimics.begin(), mimics.end(), has_it)) return false;
+  for (const TendonControl& tendon : bodies_.tendons()) {
+    if (tendon.has(index)) return false;
   }
   return std::all_of(tree.controls().begin(), tree.controls().end(), [&](const JointControl& control) {
     const double position = tree.link(control.link).position;

@@ -181,6 +181,7 @@ class StepEquations {
   void set_free(FreeBody& body, double duration) const;
   void set_tree(std::size_t i, double duration);
   bool is_alone(std::size_t tree, const Substep& substep) const;
+  bool is_free(std::size_t tree, const Substep& substep) const;
   int mover_of(std::size_t body) const;
   Articulation& tree(std::size_t index) const { return *bodies_.trees()[index]; }
   btVector3 mean_velocity(std::size_t body, const btVector3& point) const;
