@@ -536,7 +536,7 @@ def test_what_was_asked_is_said_as_it_was():
         em.critical_values(done, ranges, disturbance=NOTHING, metric="probability/success"),
         em.critical_values(done, {"horizon": (0.1, 0.2)}, disturbance=NOTHING),
     ]
-    said = [one.question.partition(" with")[0].removeprefix("Asked: ") for one in found]
+    said = [one.question.partition(" with probability")[0].removeprefix("Asked: ") for one in found]
     assert said == ["captured for its horizon", "success within 1 s", "captured for its horizon"]
 
 
