@@ -229,8 +229,7 @@ void StepEquations::coast(FreeBody& body, double duration) const {
   body.spin = spin_after(mean * duration);
 }
 
-// Whether nothing touches a tree in this substep, and nothing drives or holds it, nor those whose joints follow its
-// own or lead them.
+// Whether a tree is free, and so are all whose joints follow its own or lead them.
 bool StepEquations::is_alone(std::size_t index, const Substep& substep) const {
   const auto alone = [&](const JointSum::Term& term) { return is_free(term.link.tree, substep); };
   for (const std::vector<MimicConstraint>& group : bodies_.mimics()) {
@@ -242,6 +241,7 @@ bool StepEquations::is_alone(std::size_t index, const Substep& substep) const {
   return is_free(index, substep);
 }
 
+// Whether nothing touches a tree in this substep, and nothing drives or holds it.
 bool StepEquations::is_free(std::size_t index, const Substep& substep) const {
   Articulation& tree = this->tree(index);
   if (tree.drives() || tree.kinematic() || tree.looped()) return false;
