@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -56,7 +56,7 @@ class Placements(Summarized):
     pushes: dict[str, Push]
     """The least push that makes it fall, and who falls with it, of those for which it was asked.
     Its effort is 0 where the body does not come to rest in its place undisturbed."""
-    complete: bool = True
+    complete: bool = field(default=True, repr=False)
     """False if the timeout or the cancel came before a draw or a push."""
 
     @property
