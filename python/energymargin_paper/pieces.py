@@ -48,20 +48,20 @@ TABLE1: dict[str, Any] = {"nodes": 50, "continuations": 50}
 
 PIECES = (
     Piece("tosses", 1.1, data="real"),
-    Piece("grasps-b", 20, "grasps", {"parts": ("b",), "rollouts": 24}, "grasps"),
+    Piece("grasps-b", 14, "grasps", {"parts": ("b",), "rollouts": 16}, "grasps"),
     Piece("grasps-c", 3, "grasps", {"parts": ("c",), "every": 20, "rollouts": 4}, "grasps"),
     Piece("contact", 11, changes={"seed": 1000}),
     Piece("foresight", 17, changes={"trajectories": 12, "fresh": 0, "continuations": 6}),
-    Piece("published", 15, changes={"nodes": 100, "every": 10}, data="published"),
-    Piece("engines", 41),
-    Piece("act", 43, changes={"worlds": 100}),
+    Piece("published", 10, changes={"nodes": 100, "every": 15}, data="published"),
+    Piece("engines", 14, changes={"trajectories": 6, "nodes": 500}),
+    Piece("act", 28, changes={"worlds": 50}),
     Piece("policies", 7, changes={"worlds": 100, "questions": 150}),
     Piece("grasps-a", 6, "grasps", {"parts": ("a",), "grasps": 20, "draws": 2}, "grasps"),
     Piece("table1", 9, changes=TABLE1),
     Piece("table1-bullet", 14, "table1", {**TABLE1, "engine": "bullet"}),
     Piece("guard", 4, changes={"episodes": 100}),
     Piece("table2", 6, changes={"nodes": 50}),
-    Piece("perturbation", 12, changes={"nodes": 50, "draws": 3}),
+    Piece("perturbation", 6, changes={"nodes": 50, "draws": 1}),
 )
 """By their worth for who decides: the first ones are made first."""
 

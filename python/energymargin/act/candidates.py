@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from energymargin._core import Problem
-from energymargin.act.draws import Question
 from energymargin.base.checks import shown
 from energymargin.base.reprs import Record
 
@@ -76,20 +75,20 @@ def named(problems: object, plans: object = None) -> dict[str, Problem]:
     return field
 
 
-def check_alike(question: Question, field: Mapping[str, Problem]) -> None:
+def check_alike(metric: str, field: Mapping[str, Problem]) -> None:
     """Raises ValueError on a candidate that would not meet the disturbances of the first one, or
     not for as long. `field`: the candidates, by what a message calls them."""
     first, *others = field
-    expected = _met(question, field[first])
+    expected = _met(metric, field[first])
     for name in others:
-        for what, theirs in _met(question, field[name]).items():
+        for what, theirs in _met(metric, field[name]).items():
             if theirs != expected[what]:
                 known = f"{first} {shown(expected[what])}"
                 why = "expected the same: candidates meet the same disturbances"
                 raise ValueError(f"{name} has {what} {shown(theirs)}, {known}, {why}")
 
 
-def _met(question: Question, problem: Problem) -> dict[str, object]:
+def _met(metric: str, problem: Problem) -> dict[str, object]:
     """What the disturbances of a problem depend on."""
     return {
         "the step": problem.scene.step,
@@ -97,5 +96,5 @@ def _met(question: Question, problem: Problem) -> dict[str, object]:
         "the force bounds": np.asarray(problem.force).tolist(),
         "the torque bounds": np.asarray(problem.torque).tolist(),
         "the duration": problem.duration,
-        "the horizon": None if question.metric == "probability/success" else problem.horizon,
+        "the horizon": None if metric == "probability/success" else problem.horizon,
     }

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from energymargin._core import Cancel, Cancelled, CaptureProbability, Problem
+from energymargin.act.candidates import check_alike
 from energymargin.act.draws import OF_ROLLOUTS
 from energymargin.base.checks import numbers_of, require, shown, whole_number
 from energymargin.base.reprs import Record
@@ -119,15 +120,19 @@ class SafestAction:
         each of them, the policy's first.
 
         If the best one does not reach `least`, the most probable one is taken that does; if none
-        does, that of the number `default`. Raises Cancelled once the cancel is set.
+        does, that of the number `default`. Raises Cancelled once the cancel is set, ValueError on
+        problems that would not meet the same disturbances for as long.
         """
         settings, asked = replace(self.settings, seed=seed), list[CaptureProbability]()
+        made: dict[str, Problem] = {}
         rules: Any = OF_ROLLOUTS | {"disturbance": self.disturbance}
         where: Any = {"threads": self.threads, "cancel": self.cancel}
 
         @cache
         def probability(number: int) -> CaptureProbability:
-            found = metric_search(problems[number](), "probability", settings, **rules, **where)
+            made[f"the problem of action {number}"] = problem = problems[number]()
+            check_alike("probability", made)
+            found = metric_search(problem, "probability", settings, **rules, **where)
             if not found.complete:
                 raise Cancelled("cancelled before an action was chosen")
             asked.append(found)

@@ -80,8 +80,7 @@ class Search:
         self.alpha = (1.0 - open_share("confidence", self.confidence)) / 2.0  # of each end
         small = open_share("tolerance", self.tolerance) < 0.5
         require(small, "tolerance", self.tolerance, "a share of the range, such as 0.01")
-        each = log(max(self.lost, self.probability))
-        usual = int(min(max(DRAWS, np.ceil(log(self.alpha / SPARE) / each)), MOST))
+        usual = min(max(DRAWS, self._needed(self.alpha / SPARE)), MOST)
         self.draws = usual if asked is None else whole_number("draws", asked, PILOT)
         self.most = 2 * MOST if asked is None else self.draws  # of a test of an end
         law, counts = stats.binom(self.draws, self.lost), np.arange(self.draws + 1)
@@ -91,10 +90,14 @@ class Search:
         self.ranks = int(likely[0]), middle, int(likely[-1]) + 1
         self.diverged = np.zeros(self.draws, bool)
         if self.ranks[0] == 0 or self.ranks[2] > self.draws:
-            way = f"Take {int(np.ceil(log(self.alpha) / each))} or more"
+            way = f"Take {self._needed(self.alpha)} or more"
             few = "fewer than both ends of the interval need: one is that of the range"
             said = f"draws is {self.draws}, {few}. {way}"
             warn([(said, said)], said)
+
+    def _needed(self, alpha: float) -> int:
+        """Draws that may tell a side with an error of alpha at most."""
+        return int(np.ceil(log(alpha) / log(max(self.lost, self.probability))))
 
     def outcomes(self, u: float, draws: NDArray[np.int64]) -> Floats | None:
         """Those of some draws at a value; None if the limit came first."""
@@ -164,7 +167,8 @@ class Search:
         shares = {u: float(np.nanmean(list(self.known[u].values()))) for u in FIRST}
         if self.turns():
             runs = _runs({u: share < 1.0 - self.lost for u, share in shares.items()})
-            alpha, every = self.alpha / (2.0 * len(runs)), np.arange(self.draws)
+            alpha = self.alpha / (2.0 * len(runs))
+            every = np.arange(min(max(self.draws, self._needed(alpha)), self.most))
             sides = {u: self.side(u, every, alpha) for u in (_clearest(*r, shares) for r in runs)}
             runs = _runs({u: side < 0 for u, side in sides.items() if side})
             if len(runs) > 1:

@@ -99,7 +99,7 @@ class Maker:
             if made is None:
                 continue
             field = {"the start": self.start, f"what make_plan makes of {values}": made}
-            check_alike(self.question, field)
+            check_alike(self.question.metric, field)
             there[name] = made
         return there
 

@@ -223,7 +223,7 @@ def rank(
     called = {f"problems[{name!r}]": problem for name, problem in field.items()}
     for name, problem in called.items():
         question.check(name, problem)
-    check_alike(question, called)
+    check_alike(question.metric, called)
     asked = (most, confidence, tolerance)
     with Trials(question, uncertainty, store=store, executor=executor, threads=threads) as trials:
         comparison = Race(field, uncertainty, question)

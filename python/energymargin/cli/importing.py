@@ -146,14 +146,19 @@ def importing(
 
 
 def _successes(files: Sequence[Path]) -> dict[str, bool] | None:
-    """Which episodes succeeded, as LeRobot datasets say; None if one of the files does not."""
-    successes: dict[str, bool] = {}
-    for path in files:
-        told = em.recordings.kind_of(path) == "lerobot" and em.recordings.read_successes(path)
-        if not told:
-            return None
-        successes |= told
-    return successes
+    """Which episodes succeeded, as LeRobot datasets say; None if none of the files does."""
+    every = {path: _told(path) for path in files}
+    told = {path: own for path, own in every.items() if own is not None}
+    silent = [path for path in files if path not in told]
+    if told and silent:
+        text = f"{next(iter(told))} has next.success and {silent[0]} does not"
+        raise ValueError(f"{text}: import them apart, or say with --labels which succeeded")
+    return {name: own[name] for own in told.values() for name in own} if told else None
+
+
+def _told(path: Path) -> dict[str, bool] | None:
+    lerobot = em.recordings.kind_of(path) == "lerobot"
+    return em.recordings.read_successes(path) if lerobot else None
 
 
 def _read(

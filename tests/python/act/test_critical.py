@@ -95,6 +95,12 @@ def bell(value, middle, width):
             [0.359, 4.641, 5.359, 9.641],
             ["below", "above"] * 2,
         ),
+        (lambda v: v % 4.2 < 2.1, [2.1, 4.2, 6.3, 8.4], ["below", "above"] * 2),
+        (
+            lambda v: v % 2.9 < 1.45,
+            [1.45, 2.9, 4.35, 5.8, 7.25, 8.7],
+            ["below", "above"] * 3,
+        ),
     ],
 )
 def test_dips_and_bumps_have_all_their_crossings_and_warn(probability, crossings, sides):

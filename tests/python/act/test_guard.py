@@ -212,6 +212,18 @@ def test_a_question_that_fails_is_the_fallback_or_without_one_an_error():
         guard(None, time=0.0, state=[0.95])
 
 
+def test_actions_that_would_not_meet_the_same_disturbances_are_not_compared():
+    def weaker(state, time, action):
+        return moving(state, time, action).replace(force=(FORCE * (1 + action[0]), 0, 0))
+
+    said = "the problem of action 1 has the force bounds .* candidates meet the same disturbances"
+    with (
+        guarded(fallback=None, candidates=Noise(1, 0.1), problem_of=weaker) as guard,
+        pytest.raises(ValueError, match=said),
+    ):
+        guard(None, time=0.0, state=[0.95])
+
+
 @pytest.mark.parametrize(
     ("candidates", "kind", "message"),
     [

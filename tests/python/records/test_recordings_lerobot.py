@@ -133,6 +133,17 @@ def test_times_in_single_precision_since_1970_are_refused_as_such(tmp_path):
         read_lerobot(tmp_path / "pusht", COLUMNS)
 
 
+def test_what_one_of_two_says_of_success_is_not_dropped(folder):
+    write_lerobot(folder / "silent")
+    info = folder / "silent" / "meta" / "info.json"
+    info.write_text(info.read_text().replace("next.success", "next.done"))
+    words = ("--problem", "P.json", "--columns", "columns.json", "-o", "D.h5")
+    done = run_here("import", "pusht", "silent", *words, cwd=folder)
+    assert done.returncode == 2, done.stderr
+    said = " ".join(done.stderr.split())
+    assert "pusht has next.success and silent does not" in said and "--labels" in said
+
+
 def test_the_scores_of_an_import_become_columns_of_a_copy(folder):
     words = ("--problem", "P.json", "--columns", "columns.json", "-o", "D.h5")
     done = run_here("import", "pusht", *words, cwd=folder)
