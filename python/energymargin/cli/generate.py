@@ -13,7 +13,7 @@ import energymargin as em
 from energymargin.base.bars import bar
 from energymargin.base.replacing import replace_figure
 from energymargin.cli import options
-from energymargin.cli.terminal import TIMED_OUT, require_free, say
+from energymargin.cli.terminal import PICTURES, TIMED_OUT, require_free, say
 
 
 def generate(
@@ -56,7 +56,9 @@ def generate(
     made = em.tasks.make(task, engine=engine, **options.parsed(parameter))
     require_free(output, overwrite=overwrite)
     if picture is not None:
-        require_free(picture, overwrite=overwrite, option="--picture")
+        require_free(picture, overwrite=overwrite, option="--picture", suffixes=PICTURES)
+        if picture.resolve() == output.resolve():
+            raise ValueError(f"--picture is {picture}, as -o is, expected another file")
     try:
         with bar(f"Generating {made.name}", "trajectories") as progress:
             asked: Any = {"trajectories": trajectories, "frames": frames, "seed": seed}

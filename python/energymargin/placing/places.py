@@ -147,7 +147,8 @@ def placements(
         angle: [rad]
         knock: largest random force on each object, along each axis, for at most 0.1 s after
             another, as a share of the objects' mean weight.
-        shake: largest peak of the support's acceleration [m/s^2], at 1 to 6 Hz.
+        shake: largest peak of the support's acceleration [m/s^2], at 1 to 6 Hz. Objects feel it,
+            and a tilt; links of a mechanism do not.
         tilt: largest slope of the support [rad].
         plan: of the support, a kinematic body, as a tray that goes on: from the release on, for its
             duration, in place of `horizon`. There the places are those on the support.
@@ -180,7 +181,8 @@ def placements(
         require_contacts(scene, f"pushed is {pushed}", "pushed=0, or ")
     jolts = {"knock": knock, "shake": shake, "tilt": tilt}
     for name, value in jolts.items():
-        checks.not_negative_number(name, value)
+        if checks.not_negative_number(name, value) and name != "knock":
+            _require_objects(scene, f"{name} is {value:g}")
     room = Room(scene, body, np.array(scene.pack() if state is None else state, float))
     if poses is None:
         asked = room.grid(on, checks.positive_number("spacing", spacing), yaws, limit)
@@ -247,10 +249,21 @@ def _push(scene: Scene, body: str, ends: Ends, places: Places, limit: Limit) -> 
         limit.require("it came to rest")
     objects = [one for one in scene.bodies if one.role == "object"]
     stays = {b.name: places.of(scene, meant, b).contains(scene, end.state) for b in objects}
-    if stays[body] and np.isfinite(end[body].rest_at):
+    if stays[body]:
         return Pushes(scene, end.state, limit).least(body)
     others = tuple(name for name, there in stays.items() if not there and name != body)
     return Push(body, 0.0, "by itself", (0.0, 0.0, 0.0), others)
+
+
+def _require_objects(scene: Scene, asked: str) -> None:
+    """Raises ValueError on a body that would not feel a shake or a tilt, as a loose tray."""
+    links = {joint.child for joint in scene.joints}
+    for one in scene.bodies:
+        if one.role == "none" and one.mass > 0 and not one.kinematic and one.name not in links:
+            text = (
+                f"{asked}, and {one.name!r} is a free body of role 'none', which does not feel it"
+            )
+            raise ValueError(f"{text}: expected role 'object'")
 
 
 def _check_hand(

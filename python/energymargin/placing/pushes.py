@@ -31,7 +31,7 @@ LOSS = 0.12  # share of a kick that a turn about an edge loses, by steps of fini
 MOST = 2.0**8  # times the work of statics; a push that takes more is none
 FALLEN = np.radians(30.0)  # of a tilt
 SUNK = 0.1  # of the height of a body
-LONGEST = 3.0  # s, after a push
+LONGEST, FALLS = 3.0, 20.0  # after a push: s, and times that of a fall of the tallest body
 LOCKED = 1e-9  # of a kick's speeds along axes that are locked; more is none
 
 
@@ -81,6 +81,8 @@ class Pushes:
         axes = {b.name: (*b.linear_factor, *b.angular_factor) for b in scene.bodies}
         self._free = {name: np.array(axes[name]) > 0 for name in self.names}
         self._corners = Boxes(scene, self._names).at(self._state)
+        self._heights = np.ptp(self._corners @ self._up, axis=1)
+        self._longest = max(LONGEST, FALLS * self._fall(self._heights.max(initial=0.0)))
         self._there = scene.unpack(self._state)
         self._points: dict[str, list[Floats]] = {name: [] for name in self._names}
         self._carries: dict[str, set[str]] = {body.name: set() for body in scene.bodies}
@@ -107,9 +109,8 @@ class Pushes:
     def least(self, body: str) -> Push:
         """The least push that makes a body fall. Raises TimeoutError or Cancelled."""
         best = Push(body, np.inf, "", (0.0, 0.0, 0.0), ())
-        height = np.ptp(self._corners[self._names.index(body)] @ self._up) or np.inf
-        rate = float(np.sqrt(np.linalg.norm(self._scene.gravity) / height))  # of a fall [1/s]
-        most = 1.0 + max(LOSS, 2.0 * rate * self._scene.step)
+        fall = self._fall(self._heights[self._names.index(body)]) or np.inf
+        most = 1.0 + max(LOSS, 2.0 * self._scene.step / fall)
         for kick in sorted(filter(self._is_free, self._kicks(body)), key=lambda kick: kick.work):
             energy = self._effort(body, kick, best.effort)
             if energy < best.effort:
@@ -127,14 +128,19 @@ class Pushes:
         kinetic = self._world.energy(unit) - self._world.energy(self._state)
         start = self._kicked(kick, float(np.sqrt(energy / kinetic)))
         with kept_warnings():
-            found = settle(self._scene, start, time=LONGEST, during=0.15, **self._limit.rest())
+            found = settle(
+                self._scene, start, time=self._longest, during=0.15, **self._limit.rest()
+            )
         if not found.complete:
             self._limit.require("a push has ended")
         ends = self._scene.unpack(found.state)
-        heights = np.ptp(self._corners @ self._up, axis=1)
-        down = zip(found.bodies, heights, strict=True)
+        down = zip(found.bodies, self._heights, strict=True)
         lower = [body for body, height in down if body.out or body.dropped > SUNK * height]
         return [b.name for b in found.bodies if b in lower or self._tilt(b.name, ends) > FALLEN]
+
+    def _fall(self, height: float) -> float:
+        """The time of a fall of so far, but for a factor [s]."""
+        return float(np.sqrt(height / np.linalg.norm(self._scene.gravity)))
 
     def _tilt(self, name: str, ends: dict[str, dict[str, Floats]]) -> float:
         was, now = (Rotation.from_quat(s[name]["orientation"]) for s in (self._there, ends))

@@ -327,6 +327,16 @@ def test_the_command_generates_and_scores_with_it(tmp_path):
     run(
         "score", "p.h5", "-o", "native.db", "--nodes", "10", "--rollouts", "5", "--engine", "native"
     )
+    with (
+        em.store.ScoreStore(tmp_path / "native.db") as store,
+        em.datasets.open(tmp_path / "p.h5") as own,
+    ):
+        native, bullet = store.run(1).scored(own, "p.h5", "native.db"), own.in_engine("bullet")
+        assert native.problems([0])[0].scene.engine == "native" and bullet is own
+    run("report", "native.db", "--pictures", "1", "--draws", "9", "--data", "p.h5")
+    page = (tmp_path / "native.html").read_text()
+    assert "is not the dataset" not in page and "--engine native" in page
+    run("view", "p.h5", "--scores", "native.db", "--run", "1", "-o", "v.html")
 
 
 def test_audits_are_of_the_native_engine(problems):

@@ -15,8 +15,8 @@ trimesh = pytest.importorskip("trimesh")
 BOARD, CUP = (0.5, 0.3, 0.02), (0.06, 0.06, 0.1)
 
 
-def board_and_cup(**given):
-    scene = em.Scene()
+def board_and_cup(engine="native", **given):
+    scene = em.Scene(engine=engine)
     scene.add_body("board", em.Box(BOARD), mass=0.0, position=(0, 0, 0.5), friction=0.8)
     scene.add_body("cup", em.Box(CUP), mass=0.3, friction=0.8, role="object", **given)
     return scene
@@ -57,8 +57,9 @@ def test_the_error_of_a_pose_counts_at_the_edge():
     assert one.low <= 0.5 <= one.high
 
 
-def test_the_least_push_of_a_placement_is_that_of_its_edge():
-    found = em.placements(board_and_cup(), "cup", {"free": at(0, 0), "brink": at(0.24, 0)})
+@pytest.mark.parametrize("engine", ["native", "bullet"])
+def test_the_least_push_of_a_placement_is_that_of_its_edge(engine):
+    found = em.placements(board_and_cup(engine), "cup", {"free": at(0, 0), "brink": at(0.24, 0)})
     weight, half = 0.3 * 9.81, CUP[2] / 2
     free, brink = (weight * (np.hypot(d, half) - half) for d in (CUP[0] / 2, 0.01))
     assert found.pushes["free"].effort == pytest.approx(free, rel=0.02)
@@ -173,6 +174,15 @@ def test_a_limit_keeps_the_draws_that_are_done():
         cancel=cancel,
     )
     assert not found.complete and found.ranking["0"].draws >= 16 and not found.pushes
+
+
+def test_a_loose_tray_that_would_not_feel_a_slope_is_refused():
+    scene = board_and_cup()
+    scene.add_body("tray", em.Box((0.2, 0.2, 0.02)), mass=0.5, position=(0, 0, 0.52))
+    few = {"rollouts": 2, "pushed": 0}
+    assert em.placements(scene, "cup", {"on it": at(0, 0, 0.58)}, knock=0.1, **few).best == "on it"
+    with pytest.raises(ValueError, match=r"tilt is 0.1, and 'tray' is a free body .*role 'object'"):
+        em.placements(scene, "cup", {"on it": at(0, 0, 0.58)}, tilt=0.1, **few)
 
 
 @pytest.mark.parametrize(

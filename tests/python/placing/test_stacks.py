@@ -29,6 +29,19 @@ def test_boxes_topple_with_the_work_of_the_closed_form():
         assert found.weakest.way == "topples" and found.weakest.takes == ()
 
 
+@pytest.mark.parametrize(
+    ("width", "height", "gravity"), [(2, 0.4, 1.62), (0.3, 0.1, 0.1), (1, 3, 1.62), (10, 30, 9.81)]
+)
+def test_what_falls_slowly_has_the_time_to_fall(width, height, gravity):
+    scene = em.Scene(gravity=(0, 0, -gravity))
+    scene.add_plane("floor", friction=1.0)
+    size, place = em.Box((width, width, height)), (0, 0, height / 2)
+    scene.add_body("block", size, mass=100.0, position=place, friction=0.9, role="object")
+    (push,) = em.stack_robustness(scene, support=()).pushes
+    expected = 100.0 * gravity * (np.hypot(width / 2, height / 2) - height / 2)
+    assert push.effort == pytest.approx(expected, rel=0.02)
+
+
 @pytest.mark.parametrize("yaw", [0.0, 0.3, 1.1])
 def test_a_cylinder_topples_with_the_same_work_for_any_yaw(yaw):
     shape = em.Cylinder(0.03, 0.14)

@@ -1,4 +1,5 @@
 import os
+import pickle
 from dataclasses import replace
 
 import h5py
@@ -111,6 +112,17 @@ def test_progress_counts_every_trajectory():
 def test_numbers_out_of_range_are_refused_by_name(wrong):
     with pytest.raises(ValueError, match=next(iter(wrong))):
         datasets.generate("push", **wrong)
+
+
+def test_a_dataset_without_a_trajectory_is_refused_before_it_replaces_a_file(dataset):
+    with pytest.raises(ValueError, match="trajectories is empty"):
+        replace(dataset, trajectories=[])
+
+
+def test_a_dataset_is_pickled_before_and_after_its_problems_were_asked(dataset):
+    before = pickle.dumps(dataset)
+    dataset.problems([0])
+    assert pickle.dumps(dataset) == before and pickle.loads(before).digest() == dataset.digest()
 
 
 def test_a_file_that_is_not_hdf5_is_refused(tmp_path):

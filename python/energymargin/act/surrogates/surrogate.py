@@ -104,8 +104,7 @@ class Surrogate(Summarized):
         another dataset, on fewer than 50 trajectories with scores, and on names that are not there.
         """
         share("coverage", coverage)
-        if why := run.why_not_of(dataset, "dataset", str(run.store.path)):
-            raise ValueError(why)
+        dataset = run.scored(dataset, "dataset", str(run.store.path))
         if not run.up_to_date:
             of = f"algorithm {run.algorithm}, expected {algorithm()}"
             raise ValueError(f"run has scores of {of}: score the dataset again")

@@ -119,10 +119,11 @@ def _opened(run: em.store.Run, path: Path, data: AnyPath | None) -> dict[str, An
         return {"lacking": f"there is no {place.name} beside {path.name}"}
     try:
         dataset = em.datasets.open(place)
-        lacking = run.why_not_of(dataset, str(place), path.name)
-        if lacking:
+        try:
+            dataset = run.scored(dataset, str(place), path.name)
+        except ValueError:
             dataset.close()
-            raise ValueError(lacking)
+            raise
     except (ValueError, OSError) as error:
         if data is None:
             return {"lacking": str(error)}
@@ -207,6 +208,8 @@ def _command(subject: Subject, metrics: Sequence[str] | None) -> str | None:
         words.append("--paper")
     if future is not None:
         words += ["--frames", str(future.frames), "--plan", future.plan or "none"]
+    if engine := (subject.run.parameters or {}).get("engine"):
+        words += ["--engine", engine]
     for name, value in subject.run.settings.items():
         if value != known[name].default:
             words += [flag_of(known[name]), *([] if value is True else [str(value)])]

@@ -183,6 +183,8 @@ class FrameScores(Record):
     """Settings with which a search gives the same scores."""
     future: Future | None = None
     """Horizon and plan of each state; None: the scores have no clock."""
+    dataset: Dataset | None = None
+    """Whose they are, in the engine that they are of."""
 
     def at(self, number: int) -> Columns:
         """The titles, and the scores of the state of that number by metric."""
@@ -210,9 +212,7 @@ def stored_scores(
     """
     with em.store.ScoreStore(path) as store:
         chosen = store.run(run)
-        lacking = chosen.why_not_of(dataset, name, str(path))
-        if lacking:
-            raise ValueError(lacking)
+        dataset = chosen.scored(dataset, name, str(path))
         names = [own.name for own in fields(em.searches.SearchSettings)]
         search = {name: chosen.settings[name] for name in names if name in chosen.settings}
         parts = [str(chosen.settings.get("source", "stored"))]
@@ -224,7 +224,7 @@ def stored_scores(
         if chosen.with_quantiles:
             low = {m: chosen.quantiles(m, [LOW])[:, 0] for m in chosen.with_quantiles}
             columns.append((f"{LOW:g} quantile", low))
-        return FrameScores(columns, search, chosen.future)
+        return FrameScores(columns, search, chosen.future, dataset)
 
 
 MOMENTS = 25  # a second of a replay, about what the eye sees

@@ -83,6 +83,8 @@ def view(
     source = sources.source_of(what, parameters, seed=seed or 0, progress=progress)
     try:
         stored = None if scores is None else _stored(source, scores, run)
+        if stored is not None and stored.dataset is not None:
+            source = replace(source, what=stored.dataset)
         source = replace(source, future=_asked(source, future, stored))
         if isinstance(what, em.MarginProfile):
             stored = sources.profile_scores(what)

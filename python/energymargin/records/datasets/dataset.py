@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
 from itertools import groupby
 from operator import itemgetter
@@ -70,6 +70,15 @@ class Dataset(Closing, Summarized):
     seed: int
     """The seed of `generate`."""
     trajectories: Sequence[Trajectory]
+
+    def __post_init__(self) -> None:
+        """Raises ValueError without a trajectory."""
+        if len(self.trajectories) == 0:
+            raise ValueError("trajectories is empty, expected one at least")
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What it was made of; what it found out since is found again."""
+        return {one.name: getattr(self, one.name) for one in fields(self)}
 
     def __repr__(self) -> str:
         """Task, parameters, seed, and how many trajectories and states."""
@@ -168,7 +177,10 @@ class Dataset(Closing, Summarized):
         return Belief(believed, uncertainty=uncertainty, question=question)
 
     def in_engine(self, engine: str) -> Dataset:
-        """The same trajectories, with problems that "native" or "bullet" steps."""
+        """The same trajectories, with problems that "native" or "bullet" steps; itself if that is
+        what it has."""
+        if self.parameters.get("engine", "native") == engine:
+            return self
         return replace(self, parameters={**self.parameters, "engine": engine})
 
     def digest(self) -> str:

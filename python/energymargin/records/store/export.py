@@ -222,8 +222,7 @@ def export_lerobot(
         raise ValueError(text)
     with ScoreStore(path) as store, datasets.open(data) as dataset:
         chosen = store.run(run)
-        if why := chosen.why_not_of(dataset, str(data), str(path)):
-            raise ValueError(why)
+        chosen.scored(dataset, str(data), str(path))
         scores = store.scores(chosen)
         named = {PREFIX + metric.replace("/", "_"): own for metric, own in scores.items()}
         episodes = _by_episode(folder, dataset, named)

@@ -299,12 +299,15 @@ class Run(Summarized):
         asks, frames = self._asks(), None if self.future is None else self.future.frames
         return LabelledScores(self.task, *labels, scores, some, any_end, asks, frames)
 
-    def why_not_of(self, dataset: Dataset, name: str, scores: str) -> str:
-        """Why it did not score this dataset, empty if it did; `name` and `scores` are those of the
-        two files."""
-        if self.digest.startswith(dataset.digest()):  # some experiments name more after it
-            return ""
-        return f"{name} is not the dataset that run {self.number} of {scores} scored"
+    def scored(self, dataset: Dataset, name: str, scores: str) -> Dataset:
+        """This dataset as the run scored it, in an engine that was asked for; `name` and `scores`
+        are those of the two files. Raises ValueError on another dataset."""
+        engine = (self.parameters or {}).get("engine")
+        for asked in (dataset, *([dataset.in_engine(engine)] if engine else [])):
+            if self.digest.startswith(asked.digest()):  # some experiments name more after it
+                return asked
+        text = f"{name} is not the dataset that run {self.number} of {scores} scored"
+        raise ValueError(text)
 
     def _asks(self) -> str | None:
         """What is asked of the future, with its disturbance; None without a future."""
