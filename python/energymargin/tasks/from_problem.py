@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
@@ -50,6 +51,17 @@ class ProblemTask:
                     "ahead of each"
                 )
         return problem
+
+    @property
+    def engine(self) -> str:
+        """What steps the problem's scene."""
+        return str(self._problem.scene.engine)
+
+    def in_engine(self, engine: str) -> ProblemTask:
+        """The same question in a scene that another engine steps."""
+        made = copy(self)
+        made.__dict__["_problem"] = self._problem.with_engine(engine)
+        return made
 
     def body(self, role: str) -> str:
         """The one body of a role, "object" or "effector", that no joint carries and that moves.

@@ -14,7 +14,7 @@ from typing import Any, TypeVar, cast
 
 from energymargin.base.errors import EnergyMarginError
 from energymargin.tasks.base import Task, parameters_of
-from energymargin.tasks.scripted import in_engine
+from energymargin.tasks.scripted import engine_of, in_engine
 
 GROUP = "energymargin.tasks"
 OURS = "energymargin"
@@ -72,10 +72,10 @@ def is_installed(name: str) -> bool:
     return bool(entry_points(group=GROUP, name=name))
 
 
-def make(name: str, *, engine: str = "native", **parameters: Any) -> Task:
+def make(name: str, *, engine: str | None = None, **parameters: Any) -> Task:
     """The task of that name; `parameters` are its constructor's keywords.
 
-    `engine`, "native" or "bullet", steps its trajectories and its problems.
+    `engine`, "native" or "bullet", steps its trajectories and its problems; None: the task's own.
 
     Raises ValueError if there is no such task, or if it does not take those parameters, and
     TaskError, which is one, if the task's package is broken.
@@ -92,7 +92,8 @@ def make(name: str, *, engine: str = "native", **parameters: Any) -> Task:
     except TypeError as error:  # such as an abstract method that is missing
         raise TaskError(f"{whose}: {error}") from error
     _check(whose, name, task)
-    return cast(Task, task) if engine == "native" else in_engine(task, engine)
+    made = cast(Task, task)
+    return made if engine is None or engine == engine_of(made) else in_engine(made, engine)
 
 
 def _found(name: str) -> tuple[str, str, Any]:

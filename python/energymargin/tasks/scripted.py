@@ -20,6 +20,7 @@ from energymargin.base.limits import Limit
 from energymargin.base.reprs import Record
 from energymargin.tasks import base
 from energymargin.tasks.base import PLANE, STEP, Params, Regions, Task
+from energymargin.tasks.from_problem import ProblemTask
 from energymargin.tasks.trajectories import Trajectory
 
 Following = Literal["script", "hold"]
@@ -28,11 +29,18 @@ Following = Literal["script", "hold"]
 EFFECTORS = ("coast", "drive")
 
 
+def engine_of(task: Task) -> str:
+    """What steps the scenes of a task, as far as it says so."""
+    return str(getattr(task, "engine", "native"))
+
+
 def in_engine(task: Task, engine: str) -> Task:
     """The task, with its trajectories and problems in scenes that another engine steps.
 
-    Raises ValueError on a task that is no ScriptedTask, and on an engine that there is not.
+    Raises ValueError on a task that makes its own scenes, and on an engine that there is not.
     """
+    if isinstance(task, ProblemTask):
+        return task.in_engine(engine)
     if not isinstance(task, ScriptedTask):
         wrong = f"engine is {engine!r}, but task {task.name!r} makes its own scenes"
         raise ValueError(f"{wrong}: build them with Scene(engine={engine!r})")

@@ -308,25 +308,14 @@ def test_the_command_generates_and_scores_with_it(tmp_path):
         assert done.returncode == 0, done.stderr
         return done.stdout
 
-    run(
-        "generate",
-        "push",
-        "-o",
-        "p.h5",
-        "--trajectories",
-        "2",
-        "--frames",
-        "4",
-        "--engine",
-        "bullet",
-    )
+    few = ("--trajectories", "2", "--frames", "4", "--engine", "bullet")
+    run("generate", "push", "-o", "p.h5", *few)
     with em.datasets.open(tmp_path / "p.h5") as dataset:
         assert dataset.parameters["engine"] == "bullet"
         assert dataset.problems([0])[0].scene.engine == "bullet"
     run("score", "p.h5", "--nodes", "10", "--rollouts", "5")
-    run(
-        "score", "p.h5", "-o", "native.db", "--nodes", "10", "--rollouts", "5", "--engine", "native"
-    )
+    few = ("--nodes", "10", "--metrics", "capture", "--engine", "native")
+    run("score", "p.h5", "-o", "native.db", *few)
     with (
         em.store.ScoreStore(tmp_path / "native.db") as store,
         em.datasets.open(tmp_path / "p.h5") as own,
@@ -336,7 +325,7 @@ def test_the_command_generates_and_scores_with_it(tmp_path):
     run("report", "native.db", "--pictures", "1", "--draws", "9", "--data", "p.h5")
     page = (tmp_path / "native.html").read_text()
     assert "is not the dataset" not in page and "--engine native" in page
-    run("view", "p.h5", "--scores", "native.db", "--run", "1", "-o", "v.html")
+    run("view", "p.h5", "--scores", "native.db", "-o", "v.html")
 
 
 def test_audits_are_of_the_native_engine(problems):

@@ -156,3 +156,14 @@ def test_without_labels_a_recording_succeeds_whose_last_state_lies_in_the_succes
     early.save(folder / "P.json")
     task = ProblemTask(str(folder / "P.json"))
     assert dataset(task, recordings, **bodies).successes.tolist() == [False]
+
+
+@pytest.mark.parametrize("own", ["native", "bullet"])
+def test_an_engine_that_is_asked_for_is_that_of_the_questions(folder, own):
+    own_problem().with_engine(own).save(folder / "P.json")
+    task, bodies = ProblemTask(str(folder / "P.json")), {"object": "puck", "effector": "finger"}
+    recorded = dataset(task, [read_csv(folder / "REC.csv")], **bodies)
+    for asked in ("native", "bullet"):
+        found = recorded.in_engine(asked)
+        assert found.problems([0])[0].scene.engine == asked
+        assert (found is recorded) == (asked == own)

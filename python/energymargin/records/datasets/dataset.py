@@ -31,7 +31,7 @@ from energymargin.records.datasets import files
 from energymargin.records.datasets.columns import COLUMNS, ROW, Block, BodyNumbers, as_blocks
 from energymargin.records.datasets.future import Future
 from energymargin.tasks.base import Task
-from energymargin.tasks.scripted import Following
+from energymargin.tasks.scripted import Following, engine_of
 from energymargin.tasks.trajectories import Trajectory
 
 Label = tuple[int, int, bool, bool, bool | None, bool | None]
@@ -179,7 +179,7 @@ class Dataset(Closing, Summarized):
     def in_engine(self, engine: str) -> Dataset:
         """The same trajectories, with problems that "native" or "bullet" steps; itself if that is
         what it has."""
-        if self.parameters.get("engine", "native") == engine:
+        if engine_of(self._made) == engine:
             return self
         return replace(self, parameters={**self.parameters, "engine": engine})
 
