@@ -272,7 +272,7 @@ TEST(CompoundContact, HullFarFromItsCentreOfMassStandsOnAPlane) {
 TEST(CompoundContact, CornerOfACubeStandsOnItsSlantedFaceInAnyFrame) {
   const ConvexHull corner{{{0.0, 0.0, 0.0}, {0.1, 0.0, 0.0}, {0.0, 0.1, 0.0}, {0.0, 0.0, 0.1}}};
   Body cut = body("object", corner, 1.0, {0.0, 0.0, 0.1 / std::sqrt(3.0)}, Role::object);
-  cut.state.orientation = Quaternion::FromTwoVectors(Vector3::Ones(), -Vector3::UnitZ());
+  cut.state.orientation = Eigen::AngleAxisd(std::acos(-1.0 / std::sqrt(3.0)), Vector3(-1.0, 1.0, 0.0).normalized());
   Body same = cut;  // with the body's axes as its principal ones
   same.inertial = Inertial{cut.principal_inertial().center, Vector3::Constant(2e-4)};
   for (const Body& block : {cut, same}) {

@@ -47,7 +47,8 @@ Scene hanging_box() {
 // A crank and a rocker of 0.1 m on a frame, and the rod of 0.3 m that a loop closes: a parallelogram, about an axis.
 Scene parallelogram(const Vector3& axis) {
   Scene scene(Vector3(0.0, 0.0, -g));
-  const Quaternion turn = Quaternion::FromTwoVectors(Vector3::UnitY(), axis);
+  const Vector3 about = Vector3::UnitY().cross(axis);  // from y to the axis
+  const Quaternion turn = Quaternion(1.0 + axis.y(), about.x(), about.y(), about.z()).normalized();
   const auto placed = [&](const Vector3& at) { return Vector3(turn * at); };
   scene.add_body(fixed("frame", Box{{0.01, 0.01, 0.01}}));
   const auto add = [&](const std::string& parent, const std::string& child, const Vector3& at, const Vector3& end) {

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from energymargin.base.aliases import Floats
 
 ANY = "/any"
 """Ends the name of a metric that asks for at least one of several objects, instead of all."""
@@ -109,6 +113,17 @@ def check_metrics(metrics: Sequence[str]) -> None:
     if unknown or not metrics:
         what = repr(unknown[0]) if unknown else "empty"
         raise ValueError(f"metrics is {what}, expected some of {', '.join(METRICS)}")
+
+
+def check_scores(metric: str, values: Floats) -> None:
+    """Raises ValueError on a score that cannot be. NaN is one that is not there, and inf an effort
+    without an escape."""
+    low, high = (0.0, 1.0) if is_likelihood(metric) else (-sys.float_info.max, math.inf)
+    wrong = values[(values < low) | (values > high)]
+    if len(wrong):
+        expected = "0 to 1" if is_likelihood(metric) else "a number or inf"
+        text = f"{metric} has {wrong[0]:g}, expected {expected}, or NaN where there is none"
+        raise ValueError(text)
 
 
 def metric_kind(metric: str) -> Kind | None:

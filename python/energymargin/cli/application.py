@@ -102,7 +102,9 @@ def run(words: Sequence[str] | None = None) -> int:
         try:
             if words[:1] in ([], ["--help"]):
                 app.resolved_commands()  # whose first lines it shows
-            app([word for word in words if word != TRACEBACK])
+            command, given, _ = app.parse_args([word for word in words if word != TRACEBACK])
+            terminal.require_apart(given.arguments)
+            command(*given.args, **given.kwargs)
         except SystemExit as end:
             return int(end.code or 0)
         except BaseException as error:

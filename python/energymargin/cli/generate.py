@@ -53,12 +53,13 @@ def generate(
         raise ImportError("--picture draws with matplotlib: pip install 'energymargin[plots]'")
     options.require_one(processes=processes, scheduler=where.scheduler)
     output = output or Path(f"{task}.h5")
-    made = em.tasks.make(task, engine=engine, **options.parsed(parameter))
+    given = options.parsed(parameter)
+    if "engine" in given:
+        raise ValueError(f"engine is no parameter: expected --engine {given['engine']}")
+    made = em.tasks.make(task, engine=engine, **given)
     require_free(output, overwrite=overwrite)
     if picture is not None:
         require_free(picture, overwrite=overwrite, option="--picture", suffixes=PICTURES)
-        if picture.resolve() == output.resolve():
-            raise ValueError(f"--picture is {picture}, as -o is, expected another file")
     try:
         with bar(f"Generating {made.name}", "trajectories") as progress:
             asked: Any = {"trajectories": trajectories, "frames": frames, "seed": seed}

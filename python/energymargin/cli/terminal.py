@@ -7,8 +7,9 @@ import os
 import sys
 import tempfile
 import warnings
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
+from dataclasses import is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, Protocol
 
@@ -175,7 +176,24 @@ def share_bar(console: Console = err) -> Iterator[Callable[[str, float], None]]:
 
 MARK = ".energymargin"
 """The file that marks a folder whose files a command made."""
+WRITTEN = ("output", "picture", "store", "view", "write")  # parameters: files that are written
 TEXTS, PICTURES, PAGE, STORE = (".csv", ".md"), (".png", ".pdf", ".svg"), ".html", ".db"
+
+
+def require_apart(arguments: Mapping[str, Any]) -> None:
+    """Raises ValueError if a file that a command writes is another one of its files."""
+    files: dict[Path, str] = {}
+    given: list[tuple[str, Any]] = []
+    for name, one in arguments.items():
+        given += vars(one).items() if is_dataclass(one) else [(name, one)]
+    for name, value in sorted(given, key=lambda one: one[0] in WRITTEN):
+        for path in value if isinstance(value, list) else [value]:
+            if not isinstance(path, Path):
+                continue
+            other = files.setdefault(path.resolve(), name)
+            if name in WRITTEN and other != name:
+                text = f"--{name} is {path}, which is {other} too"
+                raise ValueError(f"{text}: expected another file")
 
 
 def require_free(

@@ -72,7 +72,7 @@ def is_installed(name: str) -> bool:
     return bool(entry_points(group=GROUP, name=name))
 
 
-def make(name: str, *, engine: str | None = None, **parameters: Any) -> Task:
+def make(name: str, /, *, engine: str | None = None, **parameters: Any) -> Task:
     """The task of that name; `parameters` are its constructor's keywords.
 
     `engine`, "native" or "bullet", steps its trajectories and its problems; None: the task's own.

@@ -312,3 +312,18 @@ def test_an_option_that_its_file_does_not_have_is_refused(tmp_path):
     for option, value in (("--protocol", "shake"), ("--mass", "7")):
         told = invoke([*words, option, value])
         assert told.exit_code == 2 and f"{option} is {value}" in told.output
+
+
+def test_no_file_that_a_command_writes_is_another_of_its_files(tmp_path):
+    (tmp_path / "P.json").write_text("{}")
+    two = {
+        "output is l.json, which is store too": "limits P.json --vary push=0:1 -o l.json --store "
+        "./l.json",
+        "output is P.json, which is file too": "limits P.json --vary push=0:1 -o P.json",
+        "picture is g.png, which is output too": "generate push -o g.png --picture g.png",
+        "engine is no parameter: expected --engine": "generate push -p engine=bullet",
+    }
+    for said, words in two.items():
+        done = run_here(*words.split(), cwd=tmp_path)
+        assert done.returncode == 2 and said in " ".join(done.stderr.split()), done.stderr
+    assert [file.name for file in tmp_path.iterdir()] == ["P.json"]

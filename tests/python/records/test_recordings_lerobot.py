@@ -154,6 +154,8 @@ def test_the_scores_of_an_import_become_columns_of_a_copy(folder):
     done = run_here("score", "D.h5", *asked, cwd=folder)
     assert done.returncode == 0, done.stderr
     before = {file: file.read_bytes() for file in (folder / "pusht").rglob("*.*")}
+    inside = run_here("export", "D-scores.db", "--lerobot", "pusht", "-o", "pusht/x", cwd=folder)
+    assert inside.returncode == 2 and "inside of pusht" in inside.stderr
     export = ("export", "D-scores.db", "--lerobot", "pusht", "-o", "scored")
     done = run_here(*export, cwd=folder)
     assert done.returncode == 0, done.stderr

@@ -1,6 +1,7 @@
 #pragma once
 // Links that hang together: where they are, how they move, and their equations of motion.
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <vector>
@@ -33,6 +34,9 @@ struct JointControl : Control {
   const Joint* joint;  // the scene's
   int link, velocity;  // indices among the tree's
 };
+
+//! A stop takes part from this gap on [rad or m], or if a joint of that speed could get there in four steps.
+inline double stop_reach(double duration, double speed) { return std::max(0.05, 4.0 * duration * speed); }
 
 //! A tree of links on its base: a free body, or a fixed one that stays what it is outside of the tree. Its velocities
 //! are those of a free base, then those of the joints that move: inertia * rate of the velocities + bias = forces along

@@ -11,9 +11,6 @@ constexpr double unlimited = 1e10;  // N s: Bullet's own
 // Nothing moves a kinematic base: so many times as heavy as all that hangs on it, or as 1 kg.
 constexpr double unmoved = 1e8;
 
-// A stop takes part from this gap on [rad or m], or if a joint could get there in so many steps.
-constexpr double stop_reach = 0.05, stop_steps = 4.0;
-
 // A joint is not pushed back from so little beyond its stop [rad or m].
 constexpr double stop_slop = 1e-3;
 
@@ -126,7 +123,7 @@ void BulletJoint::createConstraintRows(btMultiBodyConstraintArray& rows, btMulti
   const btScalar* velocities = m_bodyA->getVelocityVector() + 6;
   double fastest = 0.0;
   for (int i = 0; i < m_bodyA->getNumDofs(); ++i) fastest = std::max(fastest, std::abs(velocities[i]));
-  const double reach = std::max(stop_reach, stop_steps * duration * fastest);
+  const double reach = stop_reach(duration, fastest);
   for (const double direction : {1.0, -1.0}) {
     const double gap = direction > 0.0 ? position - joint_.lower : joint_.upper - position;
     if (!(gap < reach)) continue;

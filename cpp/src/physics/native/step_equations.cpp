@@ -261,7 +261,7 @@ bool StepEquations::is_free(std::size_t index, const Substep& substep) const {
   return std::all_of(tree.controls().begin(), tree.controls().end(), [&](const JointControl& control) {
     const double position = tree.link(control.link).position;
     const double speed = tree.velocities()[static_cast<std::size_t>(control.velocity)];
-    const double reach = std::max(stop_reach, stop_steps * substep.duration * std::abs(speed));
+    const double reach = stop_reach(substep.duration, std::abs(speed));
     const Joint& joint = *control.joint;
     return joint.friction == 0.0 && position - joint.lower > reach && joint.upper - position > reach;
   });
@@ -286,7 +286,7 @@ void StepEquations::add_tree(std::size_t i, const Substep& substep) {
     const auto velocity = static_cast<std::size_t>(control.velocity);
     fastest = std::max({fastest, std::abs(tree.kicked()[velocity]), std::abs(tree.velocities()[velocity])});
   }
-  const double reach = std::max(stop_reach, stop_steps * substep.duration * fastest);
+  const double reach = stop_reach(substep.duration, fastest);
   for (const JointControl& control : tree.controls()) {
     const double position = tree.link(control.link).position;
     const double lower = position - control.joint->lower;

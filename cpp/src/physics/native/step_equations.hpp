@@ -30,9 +30,6 @@ struct Substep {
 //! contacts, stops, limited drives, mimics and motors are rows of J.
 class StepEquations {
  public:
-  //! A stop takes part from this gap on [rad or m], or if a joint could get there in so many steps.
-  static constexpr double stop_reach = 0.05, stop_steps = 4.0;
-
   //! Motors and stops are soft in the same sense as contacts.
   static constexpr double softness_share = 1e-5;
 

@@ -147,7 +147,7 @@ void StepEquations::add_tendon(const TendonControl& control, double duration) {
   if (!moves) return;
   const Tendon& tendon = *control.tendon;
   const JointState at = sum_of(control);
-  const double reach = std::max(stop_reach, stop_steps * duration * std::abs(at.velocity));
+  const double reach = stop_reach(duration, std::abs(at.velocity));
   if (tendon.drives()) set_drive(add_sum_row(control, 1.0), control, at.position, duration);
   if (tendon.friction > 0.0) set_dry_friction(add_sum_row(control, 1.0), tendon.friction, duration);
   if (at.position - tendon.lower < reach) set_stop(add_sum_row(control, 1.0), at.position - tendon.lower, duration);

@@ -16,7 +16,7 @@ from energymargin import tasks
 from energymargin._core import CaptureScore, Problem, capture_score, stream
 from energymargin.base.aliases import AnyPath, Floats, Mask
 from energymargin.base.checks import check_shape, check_type, numbers_of, one_of
-from energymargin.base.metrics import ANY, KINDS, is_likelihood, metric_kind, of_kind
+from energymargin.base.metrics import ANY, KINDS, check_scores, is_likelihood, metric_kind, of_kind
 from energymargin.look.outlines import Limits, Plan, view_of
 from energymargin.look.plots import styles
 from energymargin.look.plots.scenes import lost_objects
@@ -108,13 +108,7 @@ def _checked(
         raise ValueError(f"{name} has shape {first.shape}, expected (K,), K > 0: a number a frame")
     for name, values in arrays.items():
         check_shape(name, values, first.shape)
-        # NaN is a score that is not there, and inf an effort without an escape.
-        low, high = (0.0, 1.0) if is_likelihood(name) else (np.finfo(float).min, np.inf)
-        wrong = values[(values < low) | (values > high)]
-        if len(wrong):
-            expected = "0 to 1" if is_likelihood(name) else "a number or inf"
-            text = f"{name} has {wrong[0]:g}, expected {expected}, or NaN where there is none"
-            raise ValueError(text)
+        check_scores(name, values)
     if times is not None:
         times = numbers_of("times", times)
         check_shape("times", times, first.shape)

@@ -163,18 +163,23 @@ def _about_scores(subject: Subject) -> Iterator[Notice]:
         if len(set(missing.values())) > 1:
             by_metric = ", ".join(f"{count} lack {metric}" for metric, count in missing.items())
             text += f", or not in full: {by_metric}"
-        text += ". This command scores them, and of those that cannot be simulated it says why:"
-        yield Notice(text, _command(subject, subject.metrics))
+        way = ". This command scores them, and of those that cannot be simulated it says why:"
+        yield _notice(text, way, _command(subject, subject.metrics))
     asked = USUAL if subject.run.future else [m for m in METRICS if m not in TIMED]
     labelled = subject.labelled
     several = labelled.captured_any is not None or labelled.success_any is not None
     there = [m for m in asked if several or not m.endswith(ANY)]
     unasked = [metric for metric in there if metric not in subject.metrics]
     if unasked:
-        text = f"This run has no scores of {', '.join(unasked)}. As far as the task has these, "
-        text += "this adds a run with all scores, and computes only what is new:"
+        way = ". As far as the task has these, this adds a run with all scores, and computes only "
         every = [*subject.metrics, *unasked] if subject.run.future else None
-        yield Notice(text, _command(subject, every))
+        text = f"This run has no scores of {', '.join(unasked)}"
+        yield _notice(text, f"{way}what is new:", _command(subject, every))
+
+
+def _notice(text: str, way: str, command: str | None) -> Notice:
+    """What is missing, and the way to it if there is a command."""
+    return Notice(f"{text}." if command is None else text + way, command)
 
 
 def _about_files(subject: Subject, output: Path) -> Iterator[Notice]:
@@ -197,8 +202,7 @@ def _command(subject: Subject, metrics: Sequence[str] | None) -> str | None:
     """That scores the run's dataset with its settings; None if they are not of that command."""
     known = {own.name: own for own in fields(em.searches.SearchSettings)}
     future = subject.run.future
-    usual = future is None or future == em.datasets.Future(future.frames, future.plan)
-    if not (usual and set(subject.run.settings) <= set(known)):
+    if not set(subject.run.settings) <= set(known):
         return None
     words = ["energymargin", "score", str(subject.data_path or "DATASET.h5")]
     words += ["-o", str(subject.path)]
@@ -208,6 +212,8 @@ def _command(subject: Subject, metrics: Sequence[str] | None) -> str | None:
         words.append("--paper")
     if future is not None:
         words += ["--frames", str(future.frames), "--plan", future.plan or "none"]
+        words += [] if future.check is None else ["--check", str(future.check)]
+        words += ["--dwell", str(future.dwell)] if future.dwell else []
     if engine := (subject.run.parameters or {}).get("engine"):
         words += ["--engine", engine]
     for name, value in subject.run.settings.items():

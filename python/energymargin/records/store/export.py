@@ -216,6 +216,8 @@ def export_lerobot(
     folder, output = Path(folder), Path(output)
     if os.path.lexists(output):
         raise FileExistsError(f"{output} exists, expected the name of a new folder")
+    if folder.resolve() in output.resolve().parents:
+        raise ValueError(f"output is {output}, inside of {folder}, expected another place")
     scored = [name for name in lerobot.element_places(folder) if name.startswith(PREFIX)]
     if scored:
         text = f"{folder} has {scored[0]} already, expected the dataset that was imported"

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from energymargin.base.aliases import AnyPath, Floats
 from energymargin.base.checks import whole_number
+from energymargin.base.metrics import check_scores
 from energymargin.base.summary import Summarized
 from energymargin.evaluate.executors.rows import Row
 from energymargin.evaluate.searches import algorithm_of
@@ -132,17 +133,18 @@ def add_scores(
     """Puts scores that were computed elsewhere into the store at `path`, which is made if there is
     none, as a run of their own; returns its number.
 
-    `scores`: by metric, shape (N,), one a state in the order of the dataset; inf ranks above all
-    else, NaN is a missing score. `settings` say where they come from, as
+    `scores`: by metric, shape (N,), one a state in the order of the dataset; inf is an effort
+    without an escape, NaN a missing score. `settings` say where they come from, as
     {"source": "published"}: with others they are another run. The same call again changes nothing.
     `evaluate`, reports and the viewer show such a run as any other. Raises ValueError on another
-    number of scores, or none; errors else as ScoreStore.
+    number of scores, or none, and on a score that cannot be; errors else as ScoreStore.
     """
     columns = {name: np.asarray(values, dtype=np.float64) for name, values in scores.items()}
     for name, values in columns.items():
         if values.shape != (dataset.size,):
             text = f"scores of {name!r} have shape {values.shape}"
             raise ValueError(f"{text}, expected ({dataset.size},): one a state")
+        check_scores(name, values)
     if not columns or not settings:
         raise ValueError(f"scores and settings are {sorted(columns)} and {settings}, expected some")
     questions = {metric: dict(settings) for metric in columns}
