@@ -240,3 +240,9 @@ def test_an_older_file_is_refused(dataset, tmp_path, version):
     words = f"has version {version} of the dataset format, and this energymargin reads version 3"
     with pytest.raises(ValueError, match=words):
         datasets.load(tmp_path / "old.h5")
+
+
+def test_parameters_in_single_precision_are_saved(dataset, tmp_path):
+    one = replace(dataset.trajectories[0], params={"friction": np.float32(0.25)})
+    replace(dataset, trajectories=[one]).save(tmp_path / "single.h5")
+    assert datasets.load(tmp_path / "single.h5").trajectories[0].params == {"friction": 0.25}

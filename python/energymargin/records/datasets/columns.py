@@ -190,7 +190,7 @@ def _entries(one: Trajectory, bodies: dict[str, int]) -> dict[str, NDArray[Any]]
     """What a trajectory has in each column; bodies have their numbers in `bodies`, which gets new
     names."""
     some = np.full(len(one), NO_LABEL) if one.captured_any is None else one.captured_any
-    params = json.dumps(one.params, sort_keys=True).encode()
+    params = json.dumps(one.params, sort_keys=True, default=float).encode()
     contacts, counts = _contact_columns(one.contacts, bodies)
     found = {
         "times": one.times,
