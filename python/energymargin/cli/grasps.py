@@ -81,7 +81,7 @@ def grasps(
     outputs = output or []
     if view is not None:
         terminal.require_free(view, overwrite=overwrite, option="--view", suffixes=[terminal.PAGE])
-    store = _store(outputs, write)
+    store = _store(outputs)
     executor = runs.executor()
     with loading():
         import energymargin.grasps
@@ -127,12 +127,8 @@ def grasps(
         _view(scores, view)
 
 
-def _store(outputs: Sequence[Path], grasps: Path | None) -> Path | None:
-    """The file of scores among the outputs. Raises ValueError on two, or on a path given twice."""
-    paths = [*outputs, *filter(None, [grasps])]
-    for path in paths:
-        if paths.count(path) > 1:
-            raise ValueError(f"{path} is given twice, expected a path for each file")
+def _store(outputs: Sequence[Path]) -> Path | None:
+    """The file of scores among the outputs. Raises ValueError on two."""
     stores = [path for path in outputs if path.suffix == terminal.STORE]
     if len(stores) > 1:
         raise ValueError(f"-o has {stores[0]} and {stores[1]}, expected one file of scores")

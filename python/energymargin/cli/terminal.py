@@ -190,10 +190,11 @@ def require_apart(arguments: Mapping[str, Any]) -> None:
         for path in value if isinstance(value, list) else [value]:
             if not isinstance(path, Path):
                 continue
-            other = files.setdefault(path.resolve(), name)
-            if name in WRITTEN and other != name:
+            other = files.get(path.resolve())
+            if name in WRITTEN and other is not None:
                 text = f"--{name} is {path}, which is {other} too"
                 raise ValueError(f"{text}: expected another file")
+            files[path.resolve()] = name
 
 
 def require_free(

@@ -261,7 +261,10 @@ def test_at_most_so_many_grasps_are_taken_evenly_from_the_file(folder):
         ({"--mesh-scale": "1000"}, ("object is 80 m large", "--mesh-scale 0.001")),
         ({"--scale": "1000"}, ("in mm needs --scale 0.001", "need --object-pose")),
         ({"-o": "t.xyz"}, ("-o is t.xyz, expected a name with .db or .csv",)),
-        ({"-o": "twice.csv", "--write": "twice.csv"}, ("twice.csv is given twice",)),
+        (
+            {"-o": "twice.csv", "--write": "twice.csv"},
+            ("--write is twice.csv, which is output too",),
+        ),
         ({"--write": "t.npz"}, ("--write is t.npz", ".yaml")),
         ({"--rollouts": "0"}, ("rollouts is 0",)),
         ({"--most": "0"}, ("--most is 0",)),
