@@ -48,7 +48,7 @@ TABLE1: dict[str, Any] = {"nodes": 50, "continuations": 50}
 
 PIECES = (
     Piece("tosses", 1.1, data="real"),
-    Piece("grasps-b", 11, "grasps", {"parts": ("b",), "rollouts": 12}, "grasps"),
+    Piece("grasps-b", 12, "grasps", {"parts": ("b",), "rollouts": 12}, "grasps"),
     Piece("grasps-c", 3, "grasps", {"parts": ("c",), "every": 20, "rollouts": 4}, "grasps"),
     Piece("contact", 11, changes={"seed": 1000}),
     Piece("foresight", 17, changes={"trajectories": 12, "fresh": 0, "continuations": 6}),
@@ -61,7 +61,7 @@ PIECES = (
     Piece("table1-bullet", 14, "table1", {**TABLE1, "engine": "bullet"}),
     Piece("guard", 4, changes={"episodes": 100}),
     Piece("table2", 6, changes={"nodes": 50}),
-    Piece("perturbation", 5, changes={"nodes": 40, "draws": 1}),
+    Piece("perturbation", 12, changes={"nodes": 50, "draws": 3}),
 )
 """By their worth for who decides: the first ones are made first."""
 
