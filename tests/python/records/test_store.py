@@ -265,3 +265,10 @@ def test_a_run_with_a_horizon_has_beside_it_the_one_of_the_states_as_they_are(to
         assert store.beside(store.run(1)).metrics == ("effort/est", "force")
         with pytest.raises(ValueError, match="has 5 runs, choose one by its number"):
             store.run()
+
+
+def test_scores_from_elsewhere_that_cannot_be_are_refused_before_they_are_kept(topple, tmp_path):
+    wrong = [0.5] * (topple.size - 1) + [np.inf]
+    with pytest.raises(ValueError, match="capture has inf, expected 0 to 1"):
+        em.store.add_scores(tmp_path / "s.db", topple, {"capture": wrong}, settings={"source": "x"})
+    assert not (tmp_path / "s.db").exists()
