@@ -124,14 +124,15 @@ class SafestAction:
         problems that would not meet the same disturbances for as long.
         """
         settings, asked = replace(self.settings, seed=seed), list[CaptureProbability]()
-        made: dict[str, Problem] = {}
+        made = list[tuple[str, Problem]]()
         rules: Any = OF_ROLLOUTS | {"disturbance": self.disturbance}
         where: Any = {"threads": self.threads, "cancel": self.cancel}
 
         @cache
         def probability(number: int) -> CaptureProbability:
-            made[f"the problem of action {number}"] = problem = problems[number]()
-            check_alike("probability", made)
+            problem = problems[number]()
+            made.append((f"the problem of action {number}", problem))
+            check_alike("probability", dict([made[0], made[-1]]))
             found = metric_search(problem, "probability", settings, **rules, **where)
             if not found.complete:
                 raise Cancelled("cancelled before an action was chosen")

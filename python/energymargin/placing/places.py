@@ -55,7 +55,7 @@ class Placements(Summarized):
     """Candidates without room, and the body that is in their way."""
     pushes: dict[str, Push]
     """The least push that makes it fall, and who falls with it, of those for which it was asked.
-    Its effort is 0 where the body does not come to rest in its place undisturbed."""
+    Its effort is 0 where the body does not stay in its place undisturbed."""
     complete: bool = field(default=True, repr=False)
     """False if the timeout or the cancel came before a draw or a push."""
 
@@ -260,10 +260,8 @@ def _require_objects(scene: Scene, asked: str) -> None:
     links = {joint.child for joint in scene.joints}
     for one in scene.bodies:
         if one.role == "none" and one.mass > 0 and not one.kinematic and one.name not in links:
-            text = (
-                f"{asked}, and {one.name!r} is a free body of role 'none', which does not feel it"
-            )
-            raise ValueError(f"{text}: expected role 'object'")
+            text = f"{asked}, and {one.name!r} is a free body of role 'none'"
+            raise ValueError(f"{text}, which does not feel it: expected role 'object'")
 
 
 def _check_hand(

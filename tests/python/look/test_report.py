@@ -459,3 +459,12 @@ def test_a_card_says_why_its_capture_score_says_less_than_it_seems_to(own):
     warnings = [text for score in scored for text in score.warnings]
     assert warnings
     assert all(warning[1:] in text for warning in warnings)
+
+
+def test_the_command_for_the_rest_looks_as_often_as_the_run(own):
+    (own / "push-scores.db").unlink()
+    future = Future(2, "script", check=0.025, dwell=0.05)
+    with datasets.open(own / "push.h5") as dataset:
+        score_dataset(dataset, own / "push-scores.db", ["probability"], future=future, rollouts=2)
+    text = written(own).text
+    assert "This run has no scores of effort." in text and "--check 0.025 --dwell 0.05" in text
